@@ -57,9 +57,7 @@ void read_truth_file(const fs::path& file, Recording& recording) {
   if (name.find("_gt.csv") != std::string::npos) {
     read_euroc_states(file, recording);
   } else {
-    read_truth_of_recording(file, recording);
-    recording.remarks.push_back(
-        fmt::format("the truth {} holds poses only: no velocities, no biases", name));
+    read_poses_alone(file, recording);
   }
   if (recording.truth.empty()) return;
   const double late = to_seconds(recording.truth.front().time - recording.imu.front().time);

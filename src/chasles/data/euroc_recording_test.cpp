@@ -313,6 +313,24 @@ TEST(EurocImu, ANameInOtherBytesThanUtf8IsReadAsUtf8) {
   expect_parts(joined_remarks(r.remarks), {"there is no caf\xef\xbf\xbd_gt.csv"});
 }
 
+// As those of TUM-VI.
+TEST(EurocImu, ATruthOfPosesAloneIsRead) {
+  const auto folder = test::scratch();
+  test::spill(folder / "walk_imu.csv",
+              "#ts,wx,wy,wz,ax,ay,az\n1000000,2,3,4,5,6,7\n"
+              "9000000,2,3,4,5,6,7\n");
+  test::spill(folder / "walk_gt.csv",
+              "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
+              "q_RS_y [], q_RS_z []\n2000000,1,2,3,0,0,0,1\n8000000,1,2,4,0,0,0,1\n");
+  const Recording r = read_recording(folder / "walk_imu.csv");
+  ASSERT_EQ(r.truth.size(), 2u);
+  EXPECT_EQ(r.truth[1].pose.p, Eigen::Vector3d(1, 2, 4));
+  EXPECT_NEAR(r.truth[1].pose.R(0, 0), -1, 1e-15) << "the real part comes first";
+  EXPECT_TRUE(r.truth_attitudes);
+  EXPECT_TRUE(r.true_motion.empty());
+  expect_parts(joined_remarks(r.remarks), {"walk_gt.csv holds poses only"});
+}
+
 TEST(EurocImu, ReadsPlainTablesAndWithoutTruth) {
   const auto file = test::scratch() / "walk_imu.csv";
   test::spill(file, "#ts,wx,wy,wz,ax,ay,az\n1,2,3,4,5,6,7\n");

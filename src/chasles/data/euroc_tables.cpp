@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -11,7 +13,9 @@
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/data/time_order.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
@@ -37,7 +41,18 @@ YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, 
                                map.text("sensor_type"), type));
 }
 
+// Names of times, positions and quaternions, as for motion capture.
+bool has_poses_alone(std::string_view table) {
+  return std::ranges::count(take_line(table), ',') == 7;
+}
+
 }  // namespace
+
+void read_poses_alone(const std::filesystem::path& file, Recording& recording) {
+  read_truth_of_recording(file, recording);
+  recording.remarks.push_back(fmt::format("the truth {} holds poses only: no velocities, no biases",
+                                          file.filename().string()));
+}
 
 bool begins_euroc_imu(std::string_view bytes) {
   return bytes.starts_with("#timestamp [ns],w_RS_S_x") || bytes.starts_with("#ts,wx,wy,wz,ax");
@@ -49,7 +64,9 @@ void read_euroc_states(const std::filesystem::path& file, Recording& recording) 
     int line = 0;
     Eigen::Vector<double, 16> values;
   };
-  CsvReader csv(file.string(), read_plain_or_gzip(file), kStateNames);
+  std::string text = read_plain_or_gzip(file);
+  if (has_poses_alone(text)) return read_poses_alone(file, recording);
+  CsvReader csv(file.string(), std::move(text), kStateNames);
   std::vector<StateRow> rows;
   while (csv.next()) {
     StateRow& row = rows.emplace_back();

@@ -16,8 +16,11 @@ namespace chasles {
 bool begins_euroc_imu(std::string_view bytes);
 
 /// state_groundtruth_estimate0/data.csv: world_T_imu, velocity, gyroscope and accelerometer bias;
-/// appended to the recording's truth and true motion.
+/// appended to the recording's truth and true motion. A table of 8 columns has poses alone.
 void read_euroc_states(const std::filesystem::path& file, Recording& recording);
+
+/// read_truth_of_recording(), with a remark that there are no velocities and biases.
+void read_poses_alone(const std::filesystem::path& file, Recording& recording);
 
 /// A camera of an EuRoC recording.
 struct EurocCamera {
