@@ -45,16 +45,16 @@ bool is_free(const fs::path& folder) {
 std::array<std::atomic<int>, 16> held_locks{};
 
 void close_in_fork() {
-  for (const std::atomic<int>& lock : held_locks) {
-    if (lock > 0) ::close(lock - 1);
+  for (std::atomic<int>& lock : held_locks) {
+    if (const int held = lock.exchange(0); held > 0) ::close(held - 1);
   }
 }
 
-void replace_lock(int from, int to) {
-  for (std::atomic<int>& lock : held_locks) {
+bool replace_lock(int from, int to) {
+  return std::ranges::any_of(held_locks, [&](std::atomic<int>& lock) {
     int expected = from;
-    if (lock.compare_exchange_strong(expected, to)) return;
-  }
+    return lock.compare_exchange_strong(expected, to);
+  });
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ OutputLock::OutputLock(const fs::path& held, bool create)
     : descriptor_(::open(held.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0666)) {
   if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
     static const int registered = ::pthread_atfork(nullptr, nullptr, close_in_fork);
-    if (registered == 0 && descriptor_ >= 0) replace_lock(0, descriptor_ + 1);
+    listed_ = registered == 0 && descriptor_ >= 0 && replace_lock(0, descriptor_ + 1);
     return;
   }
   ::close(descriptor_);
@@ -88,9 +88,8 @@ OutputLock::OutputLock(const fs::path& held, bool create)
 }
 
 OutputLock::~OutputLock() {
-  if (descriptor_ < 0) return;
-  replace_lock(descriptor_ + 1, 0);
-  ::close(descriptor_);
+  // A worker has closed it already.
+  if (descriptor_ >= 0 && (!listed_ || replace_lock(descriptor_ + 1, 0))) ::close(descriptor_);
 }
 
 void refuse_output_into(const fs::path& output, const fs::path& recording) {

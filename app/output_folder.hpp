@@ -22,6 +22,7 @@ class OutputLock {
 
  private:
   int descriptor_;
+  bool listed_ = false;  ///< among those that forks close
 };
 
 /// Throws UsageError if the output would go among the files of the input: into the recording's own

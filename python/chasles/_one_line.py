@@ -158,7 +158,9 @@ def _wrapped(function: Any, name: str, skipped: int) -> Any:
             return function(*args, **kwargs)
         except TypeError as error:
             text = str(error)
-            if "incompatible" not in text.partition("\n")[0]:
+            # What a function of Python raised within the call has frames of its own.
+            within = error.__traceback__ is not None and error.__traceback__.tb_next is not None
+            if within or not re.match(rf"{re.escape(function.__name__)}\(\): incompatible \w+ arguments\.", text):
                 raise
             said = _explained(name, text, args[skipped:], kwargs)
         raise TypeError(said)

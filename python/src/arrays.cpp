@@ -222,11 +222,11 @@ bool is_pillow_image(const py::handle& object) {
 GrayImage image_of(const py::handle& object, const std::string& what) {
   if (object.is_none()) return {};
   if (is_pillow_image(object)) return grey_of_pillow(object, what);
-  if (!py::isinstance<py::array>(object)) {
+  const auto array = py::array::ensure(object);  // of a tensor or a memoryview, too
+  if (!array || array.ndim() == 0) {
     throw py::value_error(fmt::format("{}: found an object of type {}; {}", what,
                                       Py_TYPE(object.ptr())->tp_name, kExpectedImage));
   }
-  const auto array = py::reinterpret_borrow<py::array>(object);
   if (array.ndim() == 2 && py::isinstance<py::array_t<std::uint8_t>>(array)) {
     return grey_of_bytes(array);
   }

@@ -87,12 +87,12 @@ class Realtime {
       static_cast<void>(slam_.release());
       return;
     }
-    const Released released;
-    if (PythonCall::active()) {
+    if (PythonCall::active() || ends_for_exit()) {
       std::thread([slam = std::move(slam_)]() mutable { slam.reset(); }).detach();
-    } else {
-      slam_.reset();
+      return;
     }
+    const Released released;
+    slam_.reset();
   }
   Realtime(const Realtime&) = delete;
   Realtime& operator=(const Realtime&) = delete;

@@ -40,21 +40,27 @@ std::vector<std::function<void()>>& tasks() {
   for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
-// Whether this thread may no more take the GIL. What works for a call goes on until all have ended;
-// what works for the thread that ends the interpreter, for ever.
-bool is_out() {
-  const OfThread& own = of_thread();
-  if (own.ends) return false;
-  const bool of_python = own.without_gil > 0 && own.with_gil == 0;
-  return of_python ? ending.load() : ended && !ender_inside;
+// Whether this thread may no more take the GIL. What works for the thread that ends the interpreter
+// goes on for ever.
+bool is_out() { return ended && !ender_inside && !of_thread().ends; }
+
+// Until when the end waits.
+std::chrono::steady_clock::time_point& deadline() {
+  static std::chrono::steady_clock::time_point time;
+  return time;
 }
 
 void at_exit() {
+  constexpr std::chrono::seconds kLongest(5);
+  constexpr std::chrono::milliseconds kForWhatFollowsACall(50);  // as a `finally` that prints
+  deadline() = std::chrono::steady_clock::now() + kLongest;
   of_thread().ends = true;
   ending = true;
-  {
+  if (without_gil > 0) {
     const py::gil_scoped_release released;
-    wait_at_exit([] { return without_gil == 0; });
+    if (wait_at_exit([] { return without_gil == 0; })) {
+      std::this_thread::sleep_for(kForWhatFollowsACall);
+    }
   }
   for (const auto& task : tasks()) task();
   ended = true;
@@ -73,14 +79,11 @@ void after_fork() {
 
 Released::Released() : state_(nullptr) {
   OfThread& own = of_thread();
-  const bool late = ending && !own.ends && own.with_gil == 0;
-  if (!late) {
-    ++own.without_gil;
-    ++without_gil;
-    if (own.ends) ender_inside = true;
-  }
+  if (own.with_gil == 0) end_for_exit();
+  ++own.without_gil;
+  ++without_gil;
+  if (own.ends) ender_inside = true;
   state_ = PyEval_SaveThread();
-  if (late) hold_for_ever();
 }
 
 Released::~Released() {
@@ -107,14 +110,18 @@ Held::Held() = default;
 
 bool ends_for_exit() { return ending && !of_thread().ends && !ender_inside; }
 
+void end_for_exit() {
+  if (!ends_for_exit()) return;
+  PyErr_SetNone(PyExc_SystemExit);
+  throw py::error_already_set();
+}
+
 void at_exit_also(std::function<void()> task) { tasks().push_back(std::move(task)); }
 
 bool wait_at_exit(const std::function<bool()>& done) {
-  constexpr std::chrono::seconds kLongest(5);
   constexpr std::chrono::milliseconds kBetweenLooks(2);
-  const auto end = std::chrono::steady_clock::now() + kLongest;
   while (!done()) {
-    if (std::chrono::steady_clock::now() > end) return false;
+    if (std::chrono::steady_clock::now() > deadline()) return false;
     std::this_thread::sleep_for(kBetweenLooks);
   }
   return true;

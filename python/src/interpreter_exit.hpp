@@ -6,12 +6,13 @@
 
 // The end of the interpreter while other threads of Python are in a call. Python ends a thread that
 // takes the GIL then by unwinding its stack, which aborts the process in frames of C++. So the
-// module asks the calls to end before that (atexit), waits for them, and holds their threads for
-// ever, as Python does from 3.14 on.
+// module asks the calls to end before that (atexit), and waits for them. They end with SystemExit,
+// which `threading` passes over. Threads that are too late are held for ever, as Python does from
+// 3.14 on.
 namespace chasles::python {
 
 /// This thread without the GIL, as py::gil_scoped_release. At the end of the interpreter the
-/// destructor does not return, except in the thread that ends it.
+/// constructor throws as end_for_exit(). After it, the destructor does not return.
 class Released {
  public:
   Released();
@@ -44,6 +45,9 @@ class Held {
 
 /// Whether the interpreter ends, and the call of this thread is to end for it. Any thread.
 bool ends_for_exit();
+
+/// Throws SystemExit where ends_for_exit(). With the GIL.
+void end_for_exit();
 
 /// Registers the function for `atexit`.
 void watch_exit();

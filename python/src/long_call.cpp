@@ -61,6 +61,7 @@ void LongCall::watch(const std::function<void()>& work) {
     worker.join();
   }
   if (raised_) throw py::error_already_set(*raised_);
+  end_for_exit();
   if (failure) std::rethrow_exception(failure);
 }
 

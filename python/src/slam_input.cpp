@@ -26,8 +26,10 @@ Rows as_rows(const Rows& rows) {
 void once(bool& warned, std::size_t count, const std::string& what) {
   if (warned || count == 0) return;
   warned = true;
+  constexpr int kOfTheCaller = 2;  // _one_line.py is between
   const std::string text = what + "; `counts` has their number, and this is said once";
-  if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), kOfTheCaller) < 0)
+    throw py::error_already_set();
 }
 
 }  // namespace

@@ -102,6 +102,24 @@ except KeyboardInterrupt:
     assert ends_in_order(folder, READ + "\n", "chasles.run(recording)", last) < 3.0
 
 
+def test_a_function_of_atexit_may_join_a_thread_in_a_call(folder):
+    program = textwrap.dedent("""
+        import atexit, threading, time
+        atexit.register(lambda: (thread.join(), print("joined", flush=True)))  # before the module's own
+        import chasles
+        thread = threading.Thread(target=lambda: [chasles.run("walk") for _ in iter(int, 1)], daemon=True)
+        thread.start()
+        time.sleep(.4)
+    """)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=folder.parent, timeout=30)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "joined\n", "")
+
+
+def test_the_end_waits_for_a_callback_at_most_five_seconds(folder):
+    prepare = READ + ARRAYS.replace("images=recording.images", "images=lambda i: threading.Event().wait()")
+    assert ends_in_order(folder, prepare, "chasles.run(recording)") < 7.0
+
+
 def test_a_thread_that_is_waited_for_ends_its_call(folder):
     program = ("import threading, chasles; w = chasles.simulate('hallway', sections=1, hall_length=12); "
                "threading.Thread(target=lambda: print(len(chasles.run(w).states['time']))).start()")

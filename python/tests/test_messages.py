@@ -296,3 +296,33 @@ def test_errors_say_what_they_are():
 def test_the_package_is_a_program():
     done = subprocess.run([sys.executable, "-m", "chasles", "--version"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and done.stdout.strip() == f"chasles {chasles.__version__}"
+
+
+def test_a_type_error_of_a_callback_comes_as_it_is():
+    small = chasles.simulate("hallway", images=True, sections=1, hall_length=4, image_width=160, image_height=120,
+                             focal_length=90, center_u=80, center_v=60, frame_rate=5)
+    said = "detect(): incompatible function arguments. The following argument types are supported:\n    1. (x: int) -> int"
+
+    def images(index):
+        raise TypeError(said)
+
+    imu = small.imu
+    recording = chasles.Recording.from_arrays(
+        imu_time=imu["time"], angular_rate=imu["angular_rate"], specific_force=imu["specific_force"],
+        image_time=small.frame_times, images=images, cameras=small.cameras, imu_noise=small.imu_noise)
+    with pytest.raises(TypeError) as error:
+        recording.images(3)
+    assert str(error.value) == said
+
+
+def test_buffers_are_images_and_warnings_are_the_callers():
+    camera = chasles.Camera(width=64, height=48, fx=40, fy=40, cx=32, cy=24)
+    noise = chasles.ImuNoise(accelerometer_noise_density=1e-2, gyroscope_noise_density=1e-3,
+                             accelerometer_random_walk=1e-3, gyroscope_random_walk=1e-4)
+    slam = chasles.Slam(camera, noise)
+    image = numpy.zeros((48, 64), numpy.uint8)
+    slam.add_images(2_000_000_000, [memoryview(image)])
+    with pytest.warns(RuntimeWarning) as warned:
+        slam.add_imu(10, [0, 0, numpy.nan], [0, 0, 9.81])
+        slam.add_imu(1_000_000_000, [0, 0, 0], [0, 0, 9.81])
+    assert {one.filename for one in warned} == {__file__}
