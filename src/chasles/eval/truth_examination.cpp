@@ -58,11 +58,18 @@ bool is_whole(const TruthWork& work, const std::vector<FormFit>& fits) {
     if (fit.form.reading == reading && fit.form.whole) return true;
   }
   if (!work.reference.positions) return false;
-  const PositionFitOptions options{.start_offset = work.offset(), .gap = work.gap};
-  const auto as_read = fit_path(work.estimate, work.truth, options);
-  const auto inverse = fit_path(work.estimate, in_form({reading, true}, work.truth), options);
-  return inverse &&
-         (!as_read || inverse->rms / inverse->extent < 0.5 * as_read->rms / as_read->extent);
+  const PositionFitOptions options{.scale = true, .start_offset = work.offset(), .gap = work.gap};
+  const Trajectory inverted = in_form({reading, true}, work.truth);
+  const auto fits_better = [](const auto& inverse, const auto& as_read) {
+    return inverse &&
+           (!as_read || inverse->rms / inverse->extent < 0.5 * as_read->rms / as_read->extent);
+  };
+  // First without a point on the body: where a path is short, one far away explains either.
+  const auto as_read = fit_positions(work.estimate, work.truth, options);
+  const auto inverse = fit_positions(work.estimate, inverted, options);
+  if (is_of_one_path(as_read) || is_of_one_path(inverse)) return fits_better(inverse, as_read);
+  return fits_better(fit_path(work.estimate, inverted, options),
+                     fit_path(work.estimate, work.truth, options));
 }
 
 // The reading by the rates, unless the positions contradict it.

@@ -131,6 +131,17 @@ TEST(TruthExamination, TheReadingOfTheQuaternionsIsFound) {
             "inverse_poses");
 }
 
+// A point on the body, far away, explains their positions almost as well.
+TEST(TruthExamination, InversePosesOfAShortPathFarFromTheOriginAreWhole) {
+  TruthReference short_path = estimate();
+  for (StampedPose& row : short_path.poses) row.pose.p *= 0.1;
+  const auto inverse = changed([](StampedPose& row) {
+    row.pose.p = 0.1 * row.pose.p + Eigen::Vector3d(1.5, -0.9, 4.9);
+    row.pose = row.pose.inverse();
+  });
+  EXPECT_EQ(faults(examine_truth(short_path, inverse)), "inverse_poses");
+}
+
 TEST(TruthExamination, TheFrameOnTheBodyIsNamed) {
   const SE3 imu_T_cam = camera().imu_T_frame;
   const auto of_camera = changed([&](StampedPose& row) { row.pose = row.pose * imu_T_cam; });
