@@ -25,13 +25,14 @@ def read(path: _core.Path, *, start: Optional[float] = None, stop: Optional[floa
          max_truth_gap: Optional[float] = None, truth_time_offset: Union[float, Literal["auto"], None] = None,
          truth_frame: str = "",
          truth_scale: Optional[float] = None, truth_inverse: bool = False) -> _core.Recording:
-    """Reads a recording of any kind that `chasles run` reads (docs/formats.md), cut to [start, stop] seconds since its
-    first event. cameras: "mono", "stereo" or "" (all). truth: a TUM file, or a recording with a truth, that replaces the
-    recording's truth; truth_level: True or "yes", False or "no" where its z axis points up or does not; pairing: "interpolate" or
-    "nearest"; max_truth_gap [s] between its stamps; truth_time_offset [s], added to its times, or "auto" where its motion against the estimate's shows it; truth_frame: "imu",
-    "cam0" or a file, whose poses it has; truth_scale: metres in its unit; truth_inverse: its poses are imu_T_world
-    (docs/evaluation.md). Raises InputError with file, place, what was found and what was
-    expected. Ctrl-C ends it."""
+    """Reads a recording of any kind that `chasles run` reads (docs/formats.md), cut to [start, stop] seconds
+    since its first event. cameras: "mono", "stereo" or "" (all). truth: a TUM file, or a recording with a
+    truth, that replaces the recording's truth; truth_level: True or "yes", False or "no" where its z axis
+    points up or does not; pairing: "interpolate" or "nearest"; max_truth_gap [s] between its stamps;
+    truth_time_offset [s], added to its times, or "auto" where its motion against the estimate's shows it;
+    truth_frame: "imu", "cam0" or a file, whose poses it has; truth_scale: metres in its unit; truth_inverse:
+    its poses are imu_T_world (docs/evaluation.md). Raises InputError with file, place, what was found and what
+    was expected. Ctrl-C ends it."""
     return _core.read(os.fspath(path), start=start, stop=stop, backwards=backwards, cameras=cameras,
                       truth="" if truth is None else os.fspath(truth), truth_level=_level(truth_level), pairing=pairing,
                       max_truth_gap=max_truth_gap, truth_time_offset=_offset(truth_time_offset),

@@ -7,62 +7,20 @@
 #include <gtest/gtest.h>
 
 #include <chasles/constants.hpp>
-#include <chasles/eval/attitude_fit.hpp>
-#include <chasles/eval/position_fit.hpp>
 #include <chasles/eval/truth_examination.hpp>
-#include <chasles/eval/truth_interpolation.hpp>
 #include <chasles/eval/truth_reading.hpp>
+#include <chasles/eval/truth_walk_testing.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
 
-// A walk of 20 s with turns about all axes, none of which repeats: the sines have no common period.
-SE3 walk_at(double t) {
-  return {so3::exp({0.3 * std::sin(0.9 * t), 0.25 * std::sin(1.3 * t + 1), 0}) *
-              so3::exp({0, 0, 0.8 * std::sin(0.5 * t) + 0.3 * std::sin(2.1 * t)}),
-          {2 * std::sin(0.4 * t) + 0.2 * std::sin(1.7 * t), 1.5 * std::cos(0.3 * t),
-           0.4 * std::sin(0.7 * t)}};
-}
-
-Trajectory sampled(double hz, double begin, double end,
-                   const std::function<SE3(double)>& pose = walk_at) {
-  Trajectory trajectory;
-  const double base = 1e9;
-  for (int i = 0; begin + i / hz <= end; ++i) {
-    const double t = begin + i / hz;
-    trajectory.push_back(
-        {std::chrono::seconds(static_cast<long>(base)) + from_seconds(t), pose(t)});
-  }
-  return trajectory;
-}
-
-KnownFrame camera() {
-  Eigen::Matrix3d R;
-  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return {"cam0", {so3::exp({0.02, -0.03, 0.01}) * R, {0.1, 0.05, -0.04}}};
-}
-
-// 2 mm and 0.1 deg of noise, as an estimate has them, without randomness.
-TruthReference estimate() {
-  TruthReference reference{
-      .name = "the estimate", .poses = sampled(20, 1, 20), .level = true, .frames = {camera()}};
-  for (std::size_t i = 0; i < reference.poses.size(); ++i) {
-    const auto k = static_cast<double>(i);
-    SE3& pose = reference.poses[i].pose;
-    pose.p += 0.002 * Eigen::Vector3d(std::sin(7.1 * k), std::sin(5.3 * k), std::cos(3.7 * k));
-    pose.R *= so3::exp(0.0017 * Eigen::Vector3d(std::sin(6.1 * k), std::cos(4.9 * k), 0));
-  }
-  return reference;
-}
-
-Trajectory truth() { return sampled(200, 0, 22); }
-
-Trajectory changed(const std::function<void(StampedPose&)>& change) {
-  Trajectory poses = truth();
-  for (StampedPose& row : poses) change(row);
-  return poses;
-}
+using test::camera;
+using test::changed;
+using test::estimate;
+using test::sampled;
+using test::truth;
+using test::walk_at;
 
 std::string faults(const TruthExamination& examination) {
   std::string text;
@@ -466,47 +424,6 @@ TEST(TruthExamination, NoisyAttitudesAreNoFault) {
       EXPECT_EQ(faults(noisy), "") << degrees << " deg at " << hz << " Hz";
     }
   }
-}
-
-// By the closed form: a parabola of acceleration a is off by a h^2 / sqrt(120) on the chords.
-TEST(TruthInterpolation, IsThatOfTheChords) {
-  const auto parabola = [](double t) { return SE3{so3::exp({0, 0, 0.15 * t * t}), {t * t, 0, 0}}; };
-  const InterpolationError error = interpolation_error(
-      sampled(200, 0, 10, parabola), sampled(2.5, 0, 10, parabola), std::chrono::seconds(1));
-  EXPECT_NEAR(error.position, 2 * 0.16 / std::sqrt(120.0), 1e-4);
-  EXPECT_NEAR(error.attitude, 0.3 * 0.16 / std::sqrt(120.0), 1e-5);
-  EXPECT_GT(error.share, 0.9);
-}
-
-TEST(AttitudeFit, FindsWorldAndBody) {
-  const SE3 world{so3::exp({0.2, -0.4, 1.1}), {}}, body{so3::exp({0.9, 0.3, -0.5}), {}};
-  const auto other = changed([&](StampedPose& row) { row.pose = world * row.pose * body; });
-  const auto fit = fit_attitudes(sampled(20, 1, 20), other, {.body = true});
-  ASSERT_TRUE(fit);
-  EXPECT_LT(fit->rms, 0.02);
-  const auto known =
-      fit_attitudes(sampled(20, 1, 20), other, {.truth_R_estimate = world.R, .body = true});
-  ASSERT_TRUE(known);
-  EXPECT_LT((known->body - body.R).norm(), 1e-4);
-  EXPECT_LT(known->rms, 1e-4);
-}
-
-// The closed form: a path that is off by a known rigid motion, scale, time and point.
-TEST(PositionFit, FindsTimeScaleAndPoint) {
-  const Trajectory reference = sampled(20, 1, 20);
-  const SE3 world{so3::exp({0.2, -0.4, 1.1}), {5, -3, 2}};
-  const Eigen::Vector3d point(0.2, -0.1, 0.15);
-  const Trajectory other = changed([&](StampedPose& row) {
-    row.pose.p = world.R * (3 * (row.pose * point)) + world.p;
-    row.time -= std::chrono::milliseconds(40);
-  });
-  const auto fit = fit_positions(reference, other, {.scale = true, .offset = true, .point = true});
-  ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->scale, 3, 1e-4);
-  EXPECT_NEAR(fit->offset, 0.04, 1e-4);
-  EXPECT_LT((fit->point - point).norm(), 1e-3);
-  EXPECT_LT((fit->truth_T_estimate.R - world.R).norm(), 1e-3);
-  EXPECT_LT(fit->rms, 1e-3);
 }
 
 }  // namespace
