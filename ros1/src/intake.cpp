@@ -267,7 +267,9 @@ void Intake::check_axes() {
   if (calibration_.cameras.empty() || accelerometer_.frame.empty() || gyroscope_.frame.empty()) {
     return;
   }
-  const SplitExtrinsics extrinsics = split_extrinsics(accelerometer_, gyroscope_, transforms_);
+  BagContents contents;
+  contents.transforms = transforms_;
+  const SplitExtrinsics extrinsics = split_extrinsics(accelerometer_, gyroscope_, contents);
   if (failure_ || extrinsics.gyro_T_accel.R.isIdentity(kSameAxes)) return;
   failure_ = std::make_exception_ptr(InputError(fmt::format(
       "~accelerometer_topic: {}; expected the same axes for both: use the driver's topic with both "

@@ -120,7 +120,7 @@ std::optional<SensorCalibration> TopicCalibration::calibration() {
 // As the reader of bags: the IMU has the axes of the gyroscope and the place of the accelerometer.
 void TopicCalibration::take_split(SensorCalibration& result) const {
   const SplitExtrinsics extrinsics =
-      split_extrinsics(accelerometer_, contents_.topics[0], contents_.transforms);
+      split_extrinsics(accelerometer_, contents_.topics[0], contents_);
   result.gyro_R_accel = extrinsics.gyro_T_accel.R;
   const SE3 moved{Eigen::Matrix3d::Identity(), extrinsics.gyro_T_accel.p};
   for (Camera& camera : result.cameras) camera.cam_T_imu = camera.cam_T_imu * moved;
