@@ -126,7 +126,7 @@ void Intake::subscribe_to_calibration() {
       publisher_.add_transforms(transforms);
       {
         const std::lock_guard lock(axes_mutex_);
-        add_static_transforms(transforms, transforms_);
+        add_static_transforms(transforms, contents_.transforms);
         check_axes();
       }
       const std::lock_guard lock(start_mutex_);
@@ -267,9 +267,7 @@ void Intake::check_axes() {
   if (calibration_.cameras.empty() || accelerometer_.frame.empty() || gyroscope_.frame.empty()) {
     return;
   }
-  BagContents contents;
-  contents.transforms = transforms_;
-  const SplitExtrinsics extrinsics = split_extrinsics(accelerometer_, gyroscope_, contents);
+  const SplitExtrinsics extrinsics = split_extrinsics(accelerometer_, gyroscope_, contents_);
   if (failure_ || extrinsics.gyro_T_accel.R.isIdentity(kSameAxes)) return;
   failure_ = std::make_exception_ptr(InputError(fmt::format(
       "~accelerometer_topic: {}; expected the same axes for both: use the driver's topic with both "

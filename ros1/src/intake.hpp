@@ -88,7 +88,7 @@ class Intake {
   // static transforms.
   std::mutex axes_mutex_;
   TopicContents accelerometer_, gyroscope_;
-  std::vector<RosTransform> transforms_;
+  BagContents contents_;  // the transforms of /tf_static alone
 
   std::unique_ptr<app::RobotSlam> slam_;
   std::atomic<bool> started_ = false;
