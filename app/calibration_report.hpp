@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/masks.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
 
 #include "progress.hpp"

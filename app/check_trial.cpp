@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check.hpp>
-#include <chasles/data/masks.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 
 #include "diagnosis.hpp"
 #include "inertial_settings_io.hpp"

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/report/study.hpp>
 

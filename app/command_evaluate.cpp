@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/growing_run.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
 

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/folder_names.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/recording/folder_names.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/ply.hpp>
 #include <chasles/viewers/run_mcap.hpp>

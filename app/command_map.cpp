@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/output_file.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
-#include <chasles/map/merge_maps.hpp>
-#include <chasles/median.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/output_file.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/loop/merge_maps.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/report/report.hpp>

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
-#include <chasles/processor_time.hpp>
-#include <chasles/stopwatch.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/processor_time.hpp>
+#include <chasles/base/stopwatch.hpp>
 
 #include "full_covariance.hpp"
 #include "interrupt.hpp"

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/data/write_euroc.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/recording/write_euroc.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>

@@ -7,8 +7,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/data/growing_run.hpp>
-#include <chasles/error.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/study.hpp>
 
 #include "follow_run.hpp"

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 

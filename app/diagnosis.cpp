@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include <chasles/check/check.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "check_tracks.hpp"
 #include "check_trial.hpp"

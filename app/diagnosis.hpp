@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/frontend/frontend_settings.hpp>
 
 namespace chasles::app {

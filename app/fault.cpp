@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/data/run_images.hpp>
+#include <chasles/run_folder/run_images.hpp>
 
 namespace chasles::app {
 

@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/growing_run.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 
 #include "run_folder.hpp"
 

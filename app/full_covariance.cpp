@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/output_file.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/output_file.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/filter/ekf.hpp>
 
 namespace chasles::app {

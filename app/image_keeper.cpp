@@ -6,8 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/data/image_encode.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/image_encode.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/camera/pixel_outcome.hpp>
-#include <chasles/data/recording.hpp>
-#include <chasles/data/run_images.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/run_folder/run_images.hpp>
 
 #include "feature_trails.hpp"
 

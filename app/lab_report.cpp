@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/table.hpp>
 
 #include "filter_options.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <chasles/camera/pixel_outcome.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/foxglove/service.hpp>
 
 #include "feature_trails.hpp"

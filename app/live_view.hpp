@@ -9,7 +9,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/growing_run.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/foxglove/service.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 
 #include "settings_io.hpp"
 

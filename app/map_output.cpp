@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <chasles/data/output_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/output_file.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
 
 #include "print.hpp"

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "run_command_options.hpp"
 #include "run_job.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles::app {
 

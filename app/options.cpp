@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/data/parse.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/parse.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 
-#include <chasles/data/folder_names.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/folder_names.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

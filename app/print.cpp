@@ -10,8 +10,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 
 #include "fault.hpp"
 #include "options.hpp"

@@ -14,7 +14,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/numbers.hpp>
+#include <chasles/codec/numbers.hpp>
 
 namespace chasles::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/pipeline/estimator.hpp>
 
 // What a run recognised, as summary.json and the command's output have it.

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles::app {
 

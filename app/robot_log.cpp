@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 
 #include "calibration_report.hpp"

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include <chasles/overloaded.hpp>
+#include <chasles/base/overloaded.hpp>
 
 #include "output_folder.hpp"
 

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/image_recording.hpp>
-#include <chasles/data/masks.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/image_recording.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/sensor_calibration.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
 #include <chasles/imu/join_imu.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/pipeline/sensor_order.hpp>

@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 
 #include "image_keeper.hpp"
 #include "inertial_settings_io.hpp"

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/recording.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/eval/evaluation.hpp>
 
 #include "coverage.hpp"

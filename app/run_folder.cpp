@@ -4,10 +4,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/folder_names.hpp>
-#include <chasles/data/json_text.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
+#include <chasles/recording/folder_names.hpp>
+#include <chasles/codec/json_text.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
 
 namespace chasles::app {
 

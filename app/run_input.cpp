@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/backwards.hpp>
-#include <chasles/data/image_views.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/backwards.hpp>
+#include <chasles/recording/image_views.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
 
 #include "remarks.hpp"

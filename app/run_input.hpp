@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include <chasles/data/reader_settings.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/reader_settings.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
 
 #include "truth_mending.hpp"

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/masks.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>

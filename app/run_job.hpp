@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/shared_map.hpp>
 

@@ -3,7 +3,7 @@
 #include <deque>
 #include <unordered_map>
 
-#include <chasles/filter/history.hpp>
+#include <chasles/filter/past/history.hpp>
 
 namespace chasles::app {
 

@@ -7,9 +7,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/utf8.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/pipeline/truth.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 #include "image_keeper.hpp"
 #include "live_view.hpp"

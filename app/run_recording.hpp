@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/recording.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/eval/truth_examination.hpp>
 #include <chasles/pipeline/run.hpp>
 

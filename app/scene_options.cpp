@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/sim/street.hpp>
 

@@ -9,9 +9,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles::app {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles::app {
 

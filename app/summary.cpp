@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/camera/track_noise.hpp>
-#include <chasles/data/numbers.hpp>
-#include <chasles/imu/level_axes.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/velocity/level_axes.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/slam/velocity_model.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 
 #include "batch_report.hpp"
 #include "calibration_report.hpp"

@@ -10,12 +10,12 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/json_text.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/json_text.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 
 #include "filter_options.hpp"
 #include "lab_report.hpp"

@@ -6,17 +6,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/calibration.hpp>
-#include <chasles/data/euroc_tables.hpp>
-#include <chasles/data/gzip.hpp>
-#include <chasles/data/numbers.hpp>
-#include <chasles/data/parse.hpp>
-#include <chasles/data/pose_columns.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/data/truth_table.hpp>
-#include <chasles/data/yaml_map.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/calibration.hpp>
+#include <chasles/recording/euroc_tables.hpp>
+#include <chasles/codec/gzip.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/parse.hpp>
+#include <chasles/recording/pose_columns.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/truth_table.hpp>
+#include <chasles/codec/yaml_map.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 
 #include "options.hpp"

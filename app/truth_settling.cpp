@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check_truth.hpp>
-#include <chasles/constants.hpp>
-#include <chasles/data/gravity.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/recording/gravity.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/position_fit.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/lie/so3.hpp>

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/eval/truth_examination.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 

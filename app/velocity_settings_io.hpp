@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/reader_settings.hpp>
+#include <chasles/recording/reader_settings.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 
 #include "settings_io.hpp"

@@ -11,10 +11,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
 namespace {

@@ -14,7 +14,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <chasles/data/image_decode.hpp>
+#include <chasles/codec/image_decode.hpp>
 
 namespace chasles {
 namespace {

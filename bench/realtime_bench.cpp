@@ -9,7 +9,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/sim/render_images.hpp>
 

@@ -13,12 +13,12 @@
 #include <limits>
 #include <vector>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/filter/dense.hpp>
-#include <chasles/processor_time.hpp>
-#include <chasles/slam/velocity_noise.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/base/processor_time.hpp>
+#include <chasles/velocity/velocity_noise.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/exact_settings_testing.hpp>
 #include <chasles/smooth/batch/velocity_oracle_testing.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>

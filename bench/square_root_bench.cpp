@@ -14,7 +14,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/inertial_model.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/processor_time.hpp>
 
 #include "covariance_forms.hpp"
 #include "textbook.hpp"

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles::bridge {
 

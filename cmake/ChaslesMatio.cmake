@@ -1,5 +1,5 @@
 # libmatio: matio::at_run_time has its headers and the name of the file that the program loads when it reads a .mat
-# file (src/chasles/data/matio_library.hpp); PkgConfig::matio, which tests use, links it.
+# file (src/chasles/codec/matio_library.hpp); PkgConfig::matio, which tests use, links it.
 if(NOT TARGET PkgConfig::matio)
   pkg_check_modules(matio REQUIRED QUIET IMPORTED_TARGET matio)
 endif()

@@ -4,7 +4,7 @@
 #
 #   opencv::core opencv::features2d, for tests opencv::imgproc opencv::imgcodecs, for benchmarks opencv::video
 #
-# Tests load imgcodecs when they need it (src/chasles/opencv_codecs_testing.hpp): chasles_opencv_codecs(TARGET).
+# Tests load imgcodecs when they need it (src/chasles/base/opencv_codecs_testing.hpp): chasles_opencv_codecs(TARGET).
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
 set(opencv_modules core features2d)
 if(CHASLES_TESTS OR CHASLES_BENCH OR CHASLES_FUZZ)

@@ -30,8 +30,8 @@
 #include <string>
 #include <thread>
 
-#include <chasles/data/sensor_calibration.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 
 namespace {

@@ -1,7 +1,7 @@
-#include <chasles/data/bags/bag_testing.hpp>
-#include <chasles/data/foreign_calibration.hpp>
-#include <chasles/data/kalibr.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/bags/bag_testing.hpp>
+#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/recording/kalibr.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "kinds.hpp"
 #include "parts.hpp"

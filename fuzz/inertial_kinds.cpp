@@ -1,6 +1,6 @@
-#include <chasles/data/image_testing.hpp>
-#include <chasles/data/inertial_testing.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/image_testing.hpp>
+#include <chasles/recording/inertial_testing.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "kinds.hpp"
 #include "parts.hpp"

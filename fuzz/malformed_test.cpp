@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "kinds.hpp"
 #include "mutate.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <chasles/data/testing.hpp>
+#include <chasles/recording/testing.hpp>
 
 namespace chasles::fuzz {
 namespace {

@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "kinds.hpp"
 

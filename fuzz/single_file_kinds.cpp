@@ -1,15 +1,15 @@
 #include <nlohmann/json.hpp>
 #include <settings_io.hpp>
 
-#include <chasles/data/bomb_testing.hpp>
-#include <chasles/data/image_decode.hpp>
-#include <chasles/data/image_testing.hpp>
-#include <chasles/data/mat_file.hpp>
-#include <chasles/data/plan.hpp>
-#include <chasles/data/png_testing.hpp>
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/data/yaml_map.hpp>
+#include <chasles/codec/bomb_testing.hpp>
+#include <chasles/codec/image_decode.hpp>
+#include <chasles/recording/image_testing.hpp>
+#include <chasles/codec/mat_file.hpp>
+#include <chasles/recording/plan.hpp>
+#include <chasles/codec/png_testing.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/codec/yaml_map.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
 #include "kinds.hpp"

@@ -1,7 +1,7 @@
 #include "use_recording.hpp"
 
 #include <chasles/check/check.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::fuzz {
 

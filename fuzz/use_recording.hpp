@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles::fuzz {
 

@@ -2,8 +2,8 @@
 #include <utility>
 #include <vector>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/testing.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/recording/testing.hpp>
 
 #include "kinds.hpp"
 #include "parts.hpp"

@@ -103,14 +103,10 @@ std::string objection_to_library(const Include& include, const std::set<std::str
 
 std::string objection(const Include& include, const LinkLines& lines, const Arrows& reached) {
   if (!include.header.starts_with("chasles/")) {
-    const auto libraries = include.folder.empty() ? std::set<std::string>()
-                                                  : libraries_of(include.folder, lines, reached);
-    return objection_to_library(include, libraries);
+    return objection_to_library(include, libraries_of(include.folder, lines, reached));
   }
   const std::string target = folder_of(include.header);
-  // Files such as time.hpp and error.hpp belong to all folders, so they may not use any of them.
-  if (target.empty() || target == include.folder) return "";
-  if (include.folder.empty()) return "what belongs to all folders may know none of them";
+  if (target == include.folder) return "";
   if (reached.at(include.folder).contains(target)) return "";
   if (is_test(include.file)) {
     for (const std::string& more : lines.tests_use.at(include.folder)) {
@@ -189,9 +185,9 @@ std::vector<std::string> violations(const std::vector<Include>& includes, const 
   const Arrows reached = closure(lines.uses);
   std::vector<std::string> found;
   for (const Include& include : includes) {
-    const bool known = include.folder.empty() || reached.contains(include.folder);
-    const std::string why =
-        known ? objection(include, lines, reached) : "this folder has no chasles_module line";
+    const std::string why = reached.contains(include.folder)
+                                ? objection(include, lines, reached)
+                                : "this folder has no chasles_module line";
     if (why.empty()) continue;
     found.push_back(fmt::format("{}:{}: #include <{}>: {}", include.file.string(), include.line,
                                 include.header, why));

@@ -13,30 +13,39 @@ namespace {
 namespace fs = std::filesystem;
 
 const Arrows kArrows = {
-    {"lie", {}},
+    // Small headers of all folders: errors, times, settings.
+    {"base", {}},
+    {"lie", {"base"}},
     // Random numbers, splines.
     {"numeric", {"lie"}},
     {"imu", {"lie"}},
     {"camera", {"lie"}},
     {"filter", {"imu", "camera"}},
     {"frontend", {"camera"}},
-    // The appearance of landmarks, and matches by it. Its gates are quantiles of chi2.
-    {"recognise", {"camera", "eval"}},
-    {"map", {"filter", "recognise"}},
-    {"slam", {"map"}},
-    // The same start, frames and noise as the filter.
-    {"smooth", {"slam"}},
-    {"data", {"lie", "imu", "camera"}},
-    // Diagnoses a recording; estimates nothing.
-    {"check", {"data"}},
+    {"eval", {"lie"}},
+    // What every estimator returns. Its gates are quantiles of chi2.
+    {"estimate", {"filter", "eval"}},
+    // The filter with body velocities.
+    {"velocity", {"estimate"}},
+    {"initialise", {"estimate"}},
+    // The appearance of landmarks, matches by it, saved maps.
+    {"loop", {"filter", "eval"}},
+    {"slam", {"initialise", "loop"}},
+    // The same start, frames and noise as the filters.
+    {"smooth", {"slam", "velocity"}},
+    // Files by their form. It knows the units of IMUs and the lenses of images, but no recording.
+    {"codec", {"imu", "camera"}},
+    {"recording", {"codec"}},
+    {"run_folder", {"recording"}},
+    // Diagnoses a recording; estimates nothing but the clock of body velocities.
+    {"check", {"recording", "velocity"}},
     // The main loop: sensors in, estimates out.
-    {"pipeline", {"smooth", "frontend", "check", "numeric"}},
+    {"pipeline", {"smooth", "frontend", "check", "run_folder", "numeric"}},
     // The simulator returns the same type as the readers.
-    {"sim", {"data", "numeric"}},
+    {"sim", {"recording", "numeric"}},
     // Experiments: estimators over simulated scenes.
     {"lab", {"pipeline", "sim"}},
-    {"eval", {"lie"}},
-    {"report", {"data", "eval"}},
+    {"report", {"run_folder", "eval"}},
     {"live", {"report"}},
     // The content of a run's page for other programs.
     {"viewers", {"report"}},
@@ -56,13 +65,19 @@ LinkLines real_lines() {
 
 TEST(Arrows, TheLinkLinesAreTheArrowsOfThePlan) { EXPECT_EQ(real_lines().uses, kArrows); }
 
-// They have the simulator's motion for truth.
-TEST(Arrows, OnlyTheTestsOfTheLoopUseMore) {
+// Tests have the simulator's motion for truth, whole drives, and the readers of what they write.
+TEST(Arrows, OnlySomeTestsUseMore) {
   Arrows more;
   for (const auto& [folder, used] : real_lines().tests_use) {
     if (!used.empty()) more[folder] = used;
   }
-  EXPECT_EQ(more, (Arrows{{"slam", {"lab"}}, {"pipeline", {"lab"}}}));
+  EXPECT_EQ(more, (Arrows{{"filter", {"velocity"}},
+                          {"estimate", {"lab"}},
+                          {"initialise", {"lab"}},
+                          {"slam", {"lab"}},
+                          {"pipeline", {"lab"}},
+                          {"codec", {"run_folder"}},
+                          {"recording", {"run_folder"}}});
 }
 
 TEST(Arrows, NoArrowLeadsBack) {
@@ -93,7 +108,8 @@ class MadeUpTree : public ::testing::Test {
               ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
     fs::remove_all(root);
     write("CMakeLists.txt",
-          "chasles_module(bottom LINKS Eigen3::Eigen PRIVATE fmt::fmt)\n"
+          "chasles_module(base)\n"
+          "chasles_module(bottom USES base LINKS Eigen3::Eigen PRIVATE fmt::fmt)\n"
           "chasles_module(top USES bottom)\n");
   }
   ~MadeUpTree() override { fs::remove_all(root); }
@@ -112,8 +128,8 @@ class MadeUpTree : public ::testing::Test {
 };
 
 TEST_F(MadeUpTree, MayIncludeDownwardsAndWhatIsHandedOn) {
-  write("time.hpp", "#include <chrono>\n");
-  write("bottom/a.hpp", "#include <Eigen/Core>\n#include <chasles/time.hpp>\n");
+  write("base/time.hpp", "#include <chrono>\n");
+  write("bottom/a.hpp", "#include <Eigen/Core>\n#include <chasles/base/time.hpp>\n");
   write("bottom/a.cpp", "#include <chasles/bottom/a.hpp>\n#include <fmt/format.h>\n");
   write("top/b.hpp", "#include <Eigen/Core>\n#include <vector>\n#include <chasles/bottom/a.hpp>\n");
   write("top/b_test.cpp", "#include <gtest/gtest.h>\n#include <chasles/top/b.hpp>\n");

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "cli_test.hpp"
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include <chasles/data/bomb_testing.hpp>
+#include <chasles/codec/bomb_testing.hpp>
 
 #include "cli_test.hpp"
 

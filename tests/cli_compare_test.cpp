@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "cli_test.hpp"
 

@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <chasles/live/testing.hpp>
-#include <chasles/opencv_codecs_testing.hpp>
+#include <chasles/base/opencv_codecs_testing.hpp>
 
 #include "cli_process.hpp"
 #include "cli_test.hpp"

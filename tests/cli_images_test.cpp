@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
-#include <chasles/opencv_codecs_testing.hpp>
+#include <chasles/base/opencv_codecs_testing.hpp>
 
 #include "cli_test.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "cli_test.hpp"
 #include "progress.hpp"

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "cli_test.hpp"
 

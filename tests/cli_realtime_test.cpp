@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "cli_test.hpp"
 #include "realtime.hpp"

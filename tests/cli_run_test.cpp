@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 
 #include "cli_test.hpp"
 

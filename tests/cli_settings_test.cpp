@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "cli_test.hpp"
 #include "inertial_settings_io.hpp"

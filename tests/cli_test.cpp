@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 
 #include "cli_process.hpp"
 

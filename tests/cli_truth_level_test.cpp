@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/lie/trajectory.hpp>
 
 #include "cli_test.hpp"

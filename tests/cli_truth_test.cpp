@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
 

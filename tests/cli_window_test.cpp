@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "cli_process.hpp"
 

@@ -4,11 +4,11 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/lab/trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/inertial_session.hpp>

@@ -1,6 +1,6 @@
 #include <opencv2/imgcodecs.hpp>
 
-#include <chasles/opencv_codecs_testing.hpp>
+#include <chasles/base/opencv_codecs_testing.hpp>
 
 // A library that tests load when they need OpenCV's readers and writers of images.
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "output_folder.hpp"
 

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 namespace chasles {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/run.hpp>
-#include <chasles/data/split_imu.hpp>
-#include <chasles/error.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/recording/split_imu.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/sim/small_walk_testing.hpp>

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/image_decode.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/codec/image_decode.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/frontend/stereo_match.hpp>

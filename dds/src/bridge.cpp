@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "inertial_settings_io.hpp"
 #include "inputs.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/sensor_calibration.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
 
 #include "image_decoder.hpp"
 #include "participant.hpp"

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "bridge.hpp"
 #include "fault.hpp"

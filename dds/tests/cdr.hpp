@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include <chasles/data/bags/message_fields.hpp>
+#include <chasles/recording/bags/message_fields.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
 // Messages of ROS 2 as bytes, written by hand: the tests must not believe the bridge's IDL.

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/lie/so3.hpp>
 
 #include "cdr.hpp"

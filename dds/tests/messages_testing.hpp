@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <chasles/data/bags/message_fields.hpp>
+#include <chasles/recording/bags/message_fields.hpp>
 #include <chasles/lie/se3.hpp>
 
 // What the bridge publishes, taken from its bytes by the fields of the .msg files.

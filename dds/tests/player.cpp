@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "messages_testing.hpp"
 #include "robot_driver.hpp"

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/image_encode.hpp>
+#include <chasles/codec/image_encode.hpp>
 
 #include "cdr.hpp"
 #include "messages_testing.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "fast_client.hpp"
 

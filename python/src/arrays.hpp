@@ -11,7 +11,7 @@
 
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 // Between Python's objects and ours. An Eigen matrix that is returned becomes an array that owns
 // it.

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/ate.hpp>
 
 #include "arrays.hpp"

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/against_truth.hpp>
 
 #include "arrays.hpp"

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <chasles/slam/estimate.hpp>
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/slam/state_predictor.hpp>
 
 #include "arrays.hpp"

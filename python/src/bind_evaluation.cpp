@@ -7,9 +7,9 @@
 #include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/filter/error_chart_names.hpp>
+#include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/street.hpp>
 

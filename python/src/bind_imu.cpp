@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <chasles/data/split_imu.hpp>
+#include <chasles/recording/split_imu.hpp>
 
 #include "arrays.hpp"
 #include "module.hpp"

@@ -9,9 +9,9 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/depth_rule.hpp>
-#include <chasles/filter/registered_charts.hpp>
+#include <chasles/filter/charts/registered_charts.hpp>
 
 #include "arrays.hpp"
 #include "module.hpp"

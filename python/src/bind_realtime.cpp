@@ -11,7 +11,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 
 #include "forks.hpp"

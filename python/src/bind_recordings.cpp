@@ -8,8 +8,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/data/readers.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>

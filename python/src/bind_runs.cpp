@@ -7,10 +7,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/run.hpp>
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/report.hpp>
 
 #include "arrays.hpp"

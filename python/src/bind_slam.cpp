@@ -6,7 +6,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "forks.hpp"
 #include "interpreter_exit.hpp"

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <string>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "turns.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 
 #include "turns.hpp"
 

@@ -5,7 +5,7 @@
 
 #include <pybind11/stl.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 #include "forks.hpp"
 #include "interpreter_exit.hpp"

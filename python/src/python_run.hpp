@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/run.hpp>
-#include <chasles/error.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles {
 struct BatchTerms;

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "arrays.hpp"
 

@@ -7,7 +7,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
 
 #include "inertial_settings_io.hpp"

@@ -2,8 +2,8 @@
 
 #include <chrono>
 
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 
 #include "forks.hpp"
 

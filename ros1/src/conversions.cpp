@@ -7,11 +7,11 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <chasles/data/bags/ros_image.hpp>
-#include <chasles/data/bags/ros_messages.hpp>
-#include <chasles/data/image_range.hpp>
-#include <chasles/data/numbers.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/bags/ros_image.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
+#include <chasles/codec/image_range.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::ros1 {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/data/image_decode.hpp>
-#include <chasles/filter/history.hpp>
-#include <chasles/slam/body_state.hpp>
-#include <chasles/slam/estimate.hpp>
+#include <chasles/codec/image_decode.hpp>
+#include <chasles/filter/past/history.hpp>
+#include <chasles/estimate/body_state.hpp>
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/slam/state_predictor.hpp>
 
 #include "outgoing.hpp"

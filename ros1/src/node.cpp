@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles::ros1 {
 namespace {

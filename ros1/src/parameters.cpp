@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/numbers.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 
 #include "inertial_settings_io.hpp"
 

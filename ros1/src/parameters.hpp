@@ -8,7 +8,7 @@
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <chasles/data/reader_settings.hpp>
+#include <chasles/recording/reader_settings.hpp>
 #include <chasles/lie/se3.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/bags/camera_info.hpp>
+#include <chasles/recording/bags/camera_info.hpp>
 
 #include "conversions.hpp"
 

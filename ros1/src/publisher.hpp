@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include <chasles/data/bags/ros_messages.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 
 #include "parameters.hpp"

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/bags/bag_contents.hpp>
-#include <chasles/data/bags/ros_messages.hpp>
-#include <chasles/data/sensor_calibration.hpp>
+#include <chasles/recording/bags/bag_contents.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
 
 namespace chasles::ros1 {
 

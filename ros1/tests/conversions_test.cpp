@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/bags/bag_testing.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/bags/bag_testing.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles::ros1 {

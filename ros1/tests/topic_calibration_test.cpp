@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/bags/bag_testing.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/bags/bag_testing.hpp>
+#include <chasles/recording/readers.hpp>
 
 // Against the calibration of a bag that holds the same messages (scripts/test-bags).
 namespace chasles::ros1 {

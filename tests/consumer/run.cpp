@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <string>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/pipeline/run.hpp>
 

@@ -2,7 +2,7 @@
 #include <variant>
 
 #include <chasles/sim/street.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 /// SLAM along a simulated street. Succeeds if the final position is within 5 m of the truth.
 int main() {

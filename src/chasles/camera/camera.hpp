@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include <chasles/lie/se3.hpp>
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

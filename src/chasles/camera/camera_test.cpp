@@ -7,7 +7,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

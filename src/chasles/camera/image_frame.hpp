@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -7,7 +7,7 @@
 
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/triangulation.hpp>
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/check/camera_fit.hpp>
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {

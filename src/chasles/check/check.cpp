@@ -11,8 +11,8 @@
 #include <chasles/check/check_times.hpp>
 #include <chasles/check/check_truth.hpp>
 #include <chasles/check/velocity_clock.hpp>
-#include <chasles/data/imu_range.hpp>
-#include <chasles/imu/level_axes.hpp>
+#include <chasles/recording/imu_range.hpp>
+#include <chasles/velocity/level_axes.hpp>
 
 namespace chasles {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -6,7 +6,7 @@
 
 #include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check_calibration.hpp>
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {

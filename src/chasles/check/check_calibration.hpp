@@ -5,7 +5,7 @@
 
 #include <chasles/check/camera_fit.hpp>
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/check/check_exposure.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/image_source.hpp>
+#include <chasles/codec/image_source.hpp>
 
 namespace chasles {
 

@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 
 #include <chasles/check/check_imu.hpp>
-#include <chasles/data/gravity.hpp>
-#include <chasles/data/imu_range.hpp>
+#include <chasles/recording/gravity.hpp>
+#include <chasles/recording/imu_range.hpp>
 #include <chasles/imu/sample_screen.hpp>
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

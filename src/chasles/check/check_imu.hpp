@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -8,7 +8,7 @@
 #include <chasles/check/check_testing.hpp>
 #include <chasles/check/check_times.hpp>
 #include <chasles/check/check_truth.hpp>
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 
 // Each test adds one deficiency to a recording without any and expects its finding. Without it
 // there must be no finding.

@@ -4,7 +4,7 @@
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/inertial_testing.hpp>
+#include <chasles/recording/inertial_testing.hpp>
 
 // A recording without any deficiency; the tests of the check add one each.
 namespace chasles::test {

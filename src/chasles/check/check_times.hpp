@@ -4,7 +4,7 @@
 #include <vector>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/check/check_truth.hpp>
-#include <chasles/data/gravity.hpp>
+#include <chasles/recording/gravity.hpp>
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>
 

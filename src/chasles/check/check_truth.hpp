@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -8,7 +8,7 @@
 #include <chasles/check/lens_fit.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

@@ -9,7 +9,7 @@
 #include <chasles/imu/signal_noise.hpp>
 #include <chasles/lie/se3.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

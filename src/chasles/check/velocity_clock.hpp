@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 /// The time offset of the body velocities relative to the frames, determined from the tracks. A
 /// GNSS/INS filters its velocities and stamps them on output: KITTI's are late by half a sample and

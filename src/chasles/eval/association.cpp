@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
 
 namespace chasles {

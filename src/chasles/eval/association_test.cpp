@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/test_trajectories.hpp>
 #include <chasles/lie/so3.hpp>

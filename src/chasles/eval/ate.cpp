@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/ate.hpp>
 
 namespace chasles {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 
 namespace chasles {

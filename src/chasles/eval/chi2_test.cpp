@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lie/testing.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/eval/positions_only.hpp>
 

@@ -1,6 +1,6 @@
 #include <map>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/eval/test_trajectories.hpp>
 

@@ -4,8 +4,8 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>

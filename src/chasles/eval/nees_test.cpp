@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/eval/test_trajectories.hpp>
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <vector>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/lie/so3.hpp>

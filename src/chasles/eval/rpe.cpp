@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/rpe.hpp>
 
 namespace chasles {

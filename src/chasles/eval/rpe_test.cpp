@@ -1,4 +1,4 @@
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/rpe.hpp>
 #include <chasles/eval/test_trajectories.hpp>
 

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/truth_examination.hpp>
 #include <chasles/eval/truth_reading.hpp>
 #include <chasles/eval/truth_walk_testing.hpp>

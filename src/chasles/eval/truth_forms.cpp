@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/truth_forms.hpp>
 #include <chasles/lie/so3.hpp>
 

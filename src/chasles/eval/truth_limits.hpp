@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 
 // What a finding on a truth takes (docs/evaluation.md). The examination decides by these, and the
 // sentences state them.

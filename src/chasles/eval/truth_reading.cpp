@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/lag.hpp>
 #include <chasles/eval/truth_limits.hpp>

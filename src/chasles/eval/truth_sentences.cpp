@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/truth_limits.hpp>
 #include <chasles/eval/truth_sentences.hpp>
 #include <chasles/lie/so3.hpp>

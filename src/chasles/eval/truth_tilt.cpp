@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 
 namespace chasles {

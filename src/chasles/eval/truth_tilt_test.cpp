@@ -1,5 +1,5 @@
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/test_trajectories.hpp>
 #include <chasles/eval/truth_tilt.hpp>

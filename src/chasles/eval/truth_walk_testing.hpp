@@ -5,7 +5,7 @@
 #include <chasles/eval/truth_reference.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 /// A walk, its estimate and its truth, for tests of what compares them.
 namespace chasles::test {

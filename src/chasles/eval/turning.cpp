@@ -10,7 +10,7 @@
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/turning.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

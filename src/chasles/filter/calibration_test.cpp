@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 #include <chasles/filter/random_ekf_testing.hpp>
 #include <chasles/lie/so3.hpp>

@@ -4,7 +4,7 @@
 
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 
 namespace chasles {

@@ -2,9 +2,9 @@
 #include <sstream>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/depth_rule.hpp>
-#include <chasles/registered_names.hpp>
+#include <chasles/base/registered_names.hpp>
 
 namespace chasles {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/simulated_drive_testing.hpp>
 
 /// The motion models of the filter's tests: initialisation, propagation and measurement of the

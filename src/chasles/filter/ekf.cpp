@@ -6,7 +6,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/whitening.hpp>

@@ -8,11 +8,11 @@
 #include <Eigen/Core>
 
 #include <chasles/filter/covariance.hpp>
-#include <chasles/filter/error_chart.hpp>
-#include <chasles/filter/history.hpp>
-#include <chasles/filter/latest_segment.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
+#include <chasles/filter/past/history.hpp>
+#include <chasles/filter/past/latest_segment.hpp>
 #include <chasles/filter/measurement.hpp>
-#include <chasles/filter/past.hpp>
+#include <chasles/filter/past/past.hpp>
 #include <chasles/filter/scratch.hpp>
 #include <chasles/filter/state.hpp>
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
 namespace chasles {

@@ -1,6 +1,6 @@
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
 // Ekf::compose, against the definition of the composition step (docs/derivations.md, D51).

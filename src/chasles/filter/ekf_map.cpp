@@ -2,7 +2,7 @@
 #include <numeric>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/small_matrices.hpp>
 

@@ -2,7 +2,7 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/so3.hpp>

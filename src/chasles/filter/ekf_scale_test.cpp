@@ -2,7 +2,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
 namespace chasles {

@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/first_order_transition.hpp>
 #include <chasles/lie/so3.hpp>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/imu/strapdown.hpp>
 
 namespace chasles {

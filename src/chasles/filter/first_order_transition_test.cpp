@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/first_order_transition.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 

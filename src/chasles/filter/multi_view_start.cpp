@@ -8,7 +8,7 @@
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/filter/measurement.hpp>
 
 namespace chasles {

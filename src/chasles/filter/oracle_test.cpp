@@ -1,6 +1,6 @@
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/filter/oracle_numbers_testing.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
 

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/filter/measurement.hpp>
 
 namespace chasles {

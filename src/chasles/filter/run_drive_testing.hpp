@@ -8,7 +8,7 @@
 
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 /// Runs a filter on a simulated stereo-velocity run. Included by tests only.
 namespace chasles::test {

@@ -3,7 +3,7 @@
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/run_drive_testing.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_ekf_testing.hpp>
 

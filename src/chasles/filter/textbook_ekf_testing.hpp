@@ -9,7 +9,7 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/state.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/lie/sek3.hpp>

@@ -10,7 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/viewers/protobuf.hpp>
 #include <chasles/viewers/topics.hpp>
 

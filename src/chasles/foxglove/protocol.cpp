@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/utf8.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/foxglove/protocol.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/viewers/byte_sink.hpp>

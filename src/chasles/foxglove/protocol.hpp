@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 #include <chasles/viewers/topics.hpp>
 
 // Foxglove's WebSocket protocol, as a server speaks it: foxglove.websocket.v1 and its successor

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/image_encode.hpp>
+#include <chasles/codec/image_encode.hpp>
 #include <chasles/foxglove/run_channels.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/image_messages.hpp>

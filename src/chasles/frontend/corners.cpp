@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include <chasles/frontend/corners.hpp>
-#include <chasles/vector_clones.hpp>
+#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <chasles/frontend/deformation.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
-#include <chasles/vector_clones.hpp>
+#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

@@ -10,7 +10,7 @@
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/frontend/stereo_match.hpp>
 #include <chasles/frontend/tracks.hpp>
-#include <chasles/stage_clock.hpp>
+#include <chasles/base/stage_clock.hpp>
 
 namespace chasles {
 namespace {

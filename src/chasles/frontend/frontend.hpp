@@ -9,7 +9,7 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/frontend/frontend_settings.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 

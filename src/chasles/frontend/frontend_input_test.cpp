@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 
 namespace chasles::test {

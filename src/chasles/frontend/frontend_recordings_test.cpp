@@ -10,7 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <chasles/frontend/frontend_testing.hpp>
-#include <chasles/opencv_codecs_testing.hpp>
+#include <chasles/base/opencv_codecs_testing.hpp>
 
 namespace chasles::test {
 namespace {

@@ -1,5 +1,5 @@
 #include <chasles/frontend/frontend_settings.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

@@ -1,5 +1,5 @@
 #include <chasles/frontend/frontend_settings.hpp>
-#include <chasles/settings_testing.hpp>
+#include <chasles/base/settings_testing.hpp>
 
 namespace chasles::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend_walk_testing.hpp>
 
 namespace chasles::test {

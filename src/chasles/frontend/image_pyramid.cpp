@@ -2,10 +2,10 @@
 #include <string>
 #include <vector>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/equalise.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
-#include <chasles/vector_clones.hpp>
+#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

@@ -4,7 +4,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/lie/testing.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <chasles/frontend/patch.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
-#include <chasles/vector_clones.hpp>
+#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

@@ -9,7 +9,7 @@
 #include <chasles/frontend/two_view.hpp>
 #include <chasles/frontend/view_transfer.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/stage_clock.hpp>
+#include <chasles/base/stage_clock.hpp>
 
 namespace chasles {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/lie/testing.hpp>
 

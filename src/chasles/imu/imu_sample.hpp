@@ -4,8 +4,8 @@
 
 #include <Eigen/Core>
 
-#include <chasles/settings.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/settings.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -1,6 +1,6 @@
 #include <utility>
 
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/lab/batch_trial.hpp>
 
 namespace chasles {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>

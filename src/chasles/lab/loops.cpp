@@ -7,12 +7,12 @@
 
 #include <Eigen/Geometry>
 
-#include <chasles/constants.hpp>
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/processor_time.hpp>
 
 namespace chasles {
 namespace {

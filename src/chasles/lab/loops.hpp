@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/lab/loops_settings.hpp>
 #include <chasles/lab/trial.hpp>
 

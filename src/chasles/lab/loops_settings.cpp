@@ -2,7 +2,7 @@
 
 #include <chasles/lab/loops_settings.hpp>
 #include <chasles/sim/refuse_setting.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lab/loops.hpp>
-#include <chasles/settings_testing.hpp>
+#include <chasles/base/settings_testing.hpp>
 
 namespace chasles {
 namespace {

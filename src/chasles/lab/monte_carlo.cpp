@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <utility>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 #include <chasles/lab/workers.hpp>
 #include <chasles/sim/inertial_sim.hpp>

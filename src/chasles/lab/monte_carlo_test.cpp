@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 
 namespace chasles {

@@ -3,16 +3,16 @@
 #include <numbers>
 #include <variant>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
-#include <chasles/overloaded.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/overloaded.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {

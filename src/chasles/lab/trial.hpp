@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/truth.hpp>

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lab/trial.hpp>
 #include <chasles/lie/so3.hpp>

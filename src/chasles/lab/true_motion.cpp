@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
-#include <chasles/data/gravity.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/recording/gravity.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/sim/inertial_imu.hpp>

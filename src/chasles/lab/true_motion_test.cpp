@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/sim/inertial_sim.hpp>

@@ -15,8 +15,8 @@
 #include <sys/poll.h>
 #include <sys/wait.h>
 
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/lab/workers.hpp>
 
 namespace chasles {

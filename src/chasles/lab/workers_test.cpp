@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lab/workers.hpp>
 
 namespace chasles {

@@ -6,7 +6,7 @@
 
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/median.hpp>
+#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

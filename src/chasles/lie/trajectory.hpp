@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <chasles/lie/se3.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

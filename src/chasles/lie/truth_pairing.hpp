@@ -4,7 +4,7 @@
 #include <optional>
 
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

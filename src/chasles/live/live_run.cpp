@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/live/gate.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/live_text.hpp>

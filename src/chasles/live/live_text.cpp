@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/utf8.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/live/live_text.hpp>
 #include <chasles/report/page_data.hpp>
 

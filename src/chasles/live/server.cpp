@@ -7,7 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <sys/resource.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/live/connection_detail.hpp>
 #include <chasles/live/page_service.hpp>
 

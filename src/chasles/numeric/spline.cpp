@@ -5,7 +5,7 @@
 #include <Eigen/SparseCore>
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/numeric/spline.hpp>
 
 namespace chasles {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/testing.hpp>
 #include <chasles/numeric/spline.hpp>
 

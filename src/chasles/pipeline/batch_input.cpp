@@ -1,6 +1,6 @@
 #include <Eigen/Geometry>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 
 namespace chasles {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>

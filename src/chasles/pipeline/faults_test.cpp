@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/readers.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/pipeline/fault_testing.hpp>

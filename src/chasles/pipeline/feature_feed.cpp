@@ -3,7 +3,7 @@
 #include <mutex>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/ahead.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 
 namespace chasles {

@@ -2,7 +2,7 @@
 
 #include <chasles/lie/so3.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
-#include <chasles/stopwatch.hpp>
+#include <chasles/base/stopwatch.hpp>
 
 namespace chasles {
 namespace {

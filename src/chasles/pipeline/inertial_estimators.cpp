@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include <chasles/data/image_views.hpp>
+#include <chasles/recording/image_views.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
 
 namespace chasles {

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

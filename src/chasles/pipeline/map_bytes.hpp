@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 
 // The bytes of a map's file (docs/formats.md, "Maps"). Included by map_file.cpp.
 namespace chasles {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include <chasles/map/landmark_map.hpp>
+#include <chasles/loop/landmark_map.hpp>
 
 // Maps as files (docs/formats.md, "Maps").
 namespace chasles {

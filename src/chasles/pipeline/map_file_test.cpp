@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/testing.hpp>
-#include <chasles/error.hpp>
-#include <chasles/map/map_testing.hpp>
-#include <chasles/map/merge_maps.hpp>
+#include <chasles/recording/testing.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/loop/map_testing.hpp>
+#include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
 
 namespace chasles {

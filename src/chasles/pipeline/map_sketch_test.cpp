@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chasles/map/map_testing.hpp>
+#include <chasles/loop/map_testing.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 
 namespace chasles {

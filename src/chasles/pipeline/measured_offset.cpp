@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/masks.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
 #include <chasles/pipeline/measured_offset.hpp>

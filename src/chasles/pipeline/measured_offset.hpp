@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <chasles/check/camera_clock.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include <chasles/pipeline/sensor_event.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -4,9 +4,9 @@
 #include <future>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
-#include <chasles/overloaded.hpp>
+#include <chasles/base/overloaded.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 
 namespace chasles {

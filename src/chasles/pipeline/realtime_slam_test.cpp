@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include <chasles/check/velocity_clock.hpp>
-#include <chasles/data/imu_range.hpp>
-#include <chasles/error.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/recording/imu_range.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 
 namespace chasles {

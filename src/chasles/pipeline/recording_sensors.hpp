@@ -1,7 +1,7 @@
 #pragma once
 
 #include <chasles/camera/track_noise.hpp>
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 
 // The sensors of a recording, for an estimator.
@@ -43,7 +43,7 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
 /// or in a window.
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);
 
-/// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where
+/// The rig, and the noise by choose_noise() (velocity/velocity_noise.hpp). Throws InputError where
 /// velocities or the rig are missing.
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings);
 

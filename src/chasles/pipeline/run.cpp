@@ -4,12 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/data/masks.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
-#include <chasles/stopwatch.hpp>
+#include <chasles/base/stopwatch.hpp>
 
 namespace chasles {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/sensor_feed.hpp>
 #include <chasles/pipeline/tracks_part.hpp>

@@ -4,7 +4,7 @@
 
 #include <Eigen/Cholesky>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run_of_images_testing.hpp>

@@ -1,6 +1,6 @@
 #include <charconv>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>

@@ -5,8 +5,8 @@
 
 #include <chasles/frontend/frontend_settings.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/slam/initialiser_settings.hpp>
-#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/initialise/initialiser_settings.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 
 namespace chasles {

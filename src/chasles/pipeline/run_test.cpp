@@ -6,13 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <chasles/check/velocity_clock.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 // Filter, window and batch through one interface, on simulated recordings of both kinds.
 namespace chasles {

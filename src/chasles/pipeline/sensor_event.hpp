@@ -4,8 +4,8 @@
 #include <variant>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/data/events.hpp>
-#include <chasles/overloaded.hpp>
+#include <chasles/recording/events.hpp>
+#include <chasles/base/overloaded.hpp>
 
 namespace chasles {
 

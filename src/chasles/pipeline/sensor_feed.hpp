@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
-#include <chasles/error.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/pipeline/ahead.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/playback.hpp>

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <chasles/data/image_recording.hpp>
+#include <chasles/recording/image_recording.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
 
 namespace chasles {

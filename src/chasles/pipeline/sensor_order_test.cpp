@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/image_recording.hpp>
-#include <chasles/data/pair_images.hpp>
+#include <chasles/recording/image_recording.hpp>
+#include <chasles/recording/pair_images.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
 
 // Against pair_images() and EventStream's rule, on messages that come in other orders.

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/durable_file.hpp>
-#include <chasles/data/output_file.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
-#include <chasles/map/map_family.hpp>
-#include <chasles/map/merge_maps.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/output_file.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/loop/map_family.hpp>
+#include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/shared_map.hpp>
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include <chasles/map/landmark_map.hpp>
+#include <chasles/loop/landmark_map.hpp>
 
 namespace chasles {
 

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <chasles/data/testing.hpp>
-#include <chasles/error.hpp>
-#include <chasles/map/extension_testing.hpp>
-#include <chasles/map/merge_maps.hpp>
+#include <chasles/recording/testing.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/loop/extension_testing.hpp>
+#include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/shared_map.hpp>
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

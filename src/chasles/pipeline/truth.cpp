@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/spline.hpp>
 #include <chasles/pipeline/truth.hpp>

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>

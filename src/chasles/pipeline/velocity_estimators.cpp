@@ -1,8 +1,8 @@
 #include <utility>
 
 #include <chasles/pipeline/estimator.hpp>
-#include <chasles/slam/velocity_model.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_model.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
 

@@ -1,6 +1,6 @@
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/report/against_truth.hpp>

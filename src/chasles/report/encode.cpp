@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/utf8.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/report/encode.hpp>
 
 namespace chasles {

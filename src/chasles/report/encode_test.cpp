@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/report/testing.hpp>
 

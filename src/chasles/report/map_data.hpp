@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/text_file.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/report/testing.hpp>
 
 namespace chasles {

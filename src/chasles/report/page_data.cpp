@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/against_truth.hpp>
 #include <chasles/report/columns.hpp>

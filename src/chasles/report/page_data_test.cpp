@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/testing.hpp>
 

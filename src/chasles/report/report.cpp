@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/report/page_data.hpp>
 #include <chasles/report/page_template.hpp>

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 

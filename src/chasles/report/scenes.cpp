@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/report/columns.hpp>
 #include <chasles/report/scenes.hpp>

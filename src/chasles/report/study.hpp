@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/eval/chi2.hpp>
 
 namespace chasles {

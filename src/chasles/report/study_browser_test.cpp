@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/text_file.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/report/study_testing.hpp>
 
 namespace chasles {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/columns.hpp>
 #include <chasles/report/page_template.hpp>
 #include <chasles/report/study.hpp>

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/study_testing.hpp>
 #include <chasles/report/testing.hpp>
 

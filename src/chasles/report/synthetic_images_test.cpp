@@ -1,6 +1,6 @@
 #include <array>
 
-#include <chasles/data/image_encode.hpp>
+#include <chasles/codec/image_encode.hpp>
 #include <chasles/report/testing.hpp>
 
 namespace chasles::test {

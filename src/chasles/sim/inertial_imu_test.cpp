@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/strapdown.hpp>
 #include <chasles/lie/testing.hpp>

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/testing.hpp>
 #include <chasles/sim/inertial_path.hpp>
 #include <chasles/sim/inertial_sim.hpp>

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/refuse_setting.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include <chasles/camera/track_noise.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/sim/inertial_path.hpp>

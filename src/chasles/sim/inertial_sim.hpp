@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/numeric/spline.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/testing.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>

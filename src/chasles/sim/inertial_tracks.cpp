@@ -2,7 +2,7 @@
 #include <map>
 #include <optional>
 
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/sim/inertial_tracks.hpp>
 
 namespace chasles {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/walk_path.hpp>

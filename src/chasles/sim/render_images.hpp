@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <memory>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/numeric/spline.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/render_world.hpp>

@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/render.hpp>

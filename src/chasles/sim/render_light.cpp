@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/sim/render_world.hpp>
 #include <chasles/sim/texture_paint.hpp>
 

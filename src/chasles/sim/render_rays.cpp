@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <chasles/camera/distortion.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/render_rays.hpp>
 
 namespace chasles {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/render.hpp>
 #include <chasles/sim/render_testing.hpp>
 

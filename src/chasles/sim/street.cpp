@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
-#include <chasles/interruption.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/sim/street_drive.hpp>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/data/recording.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/sim/street_settings.hpp>
 
 namespace chasles {

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/smoothstep.hpp>
 #include <chasles/sim/street_drive.hpp>
 

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/refuse_setting.hpp>
 #include <chasles/sim/street_settings.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {

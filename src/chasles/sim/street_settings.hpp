@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/settings.hpp>
+#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

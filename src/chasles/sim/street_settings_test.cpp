@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
-#include <chasles/settings_testing.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/settings_testing.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/sim/street_settings.hpp>
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/sim/texture_paint.hpp>
 
 namespace chasles {

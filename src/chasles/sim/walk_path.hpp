@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/data/plan.hpp>
+#include <chasles/recording/plan.hpp>
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/sim/floor_plan.hpp>
 #include <chasles/sim/inertial_path.hpp>

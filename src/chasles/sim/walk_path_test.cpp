@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/walk_path.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/sim/inertial_path_detail.hpp>
 #include <chasles/sim/walk_path.hpp>
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/eval/chi2.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/slam/calibration_testing.hpp>
 
 // Estimation of extrinsics and time offset on simulated recordings with known calibration.

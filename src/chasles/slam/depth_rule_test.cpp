@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/depth_rule.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 

@@ -6,7 +6,7 @@
 
 #include <chasles/filter/calibration.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/slam/inertial_start.hpp>
+#include <chasles/initialise/inertial_start.hpp>
 
 namespace chasles {
 

@@ -4,8 +4,8 @@
 
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/slam/plausible.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/estimate/plausible.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {

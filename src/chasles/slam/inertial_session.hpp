@@ -13,7 +13,7 @@
 #include <chasles/imu/sample_gaps.hpp>
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/slam/initialiser.hpp>
+#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 

@@ -1,6 +1,6 @@
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 

@@ -4,9 +4,9 @@
 #include <string>
 
 #include <chasles/filter/depth_rule_names.hpp>
-#include <chasles/filter/error_chart_names.hpp>
-#include <chasles/settings.hpp>
-#include <chasles/slam/landmark_form.hpp>
+#include <chasles/filter/charts/error_chart_names.hpp>
+#include <chasles/base/settings.hpp>
+#include <chasles/estimate/landmark_form.hpp>
 
 namespace chasles {
 

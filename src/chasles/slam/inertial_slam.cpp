@@ -7,8 +7,8 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/stage_clock.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/stage_clock.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {

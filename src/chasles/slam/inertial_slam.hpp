@@ -14,18 +14,18 @@
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
-#include <chasles/map/landmark_map.hpp>
-#include <chasles/map/place.hpp>
-#include <chasles/recognise/appearance.hpp>
-#include <chasles/recognise/joint_compatibility.hpp>
-#include <chasles/recognise/spatial_choice.hpp>
-#include <chasles/slam/closure.hpp>
-#include <chasles/slam/estimate.hpp>
+#include <chasles/loop/landmark_map.hpp>
+#include <chasles/loop/place.hpp>
+#include <chasles/loop/appearance.hpp>
+#include <chasles/loop/joint_compatibility.hpp>
+#include <chasles/loop/spatial_choice.hpp>
+#include <chasles/estimate/closure.hpp>
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/slam/inertial_start.hpp>
-#include <chasles/slam/recent_tracks.hpp>
-#include <chasles/slam/standstill.hpp>
-#include <chasles/slam/timed_measurement.hpp>
+#include <chasles/initialise/inertial_start.hpp>
+#include <chasles/estimate/recent_tracks.hpp>
+#include <chasles/initialise/standstill.hpp>
+#include <chasles/estimate/timed_measurement.hpp>
 
 namespace chasles {
 

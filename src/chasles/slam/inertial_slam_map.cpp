@@ -7,7 +7,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/map/place.hpp>
+#include <chasles/loop/place.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 // Maps of earlier runs: finding the place in one, and leaving one (docs/recognition.md).

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <iterator>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 // Propagation of the filter between images, on the clocks of cameras and IMU.

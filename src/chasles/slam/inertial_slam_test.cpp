@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 #include <chasles/lab/trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>

@@ -1,7 +1,7 @@
-#include <chasles/settings_testing.hpp>
+#include <chasles/base/settings_testing.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/slam/initialiser_settings.hpp>
-#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/initialise/initialiser_settings.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 
 namespace chasles::test {
 namespace {

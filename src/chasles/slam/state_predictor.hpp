@@ -6,7 +6,7 @@
 
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/sample_gaps.hpp>
-#include <chasles/slam/estimate.hpp>
+#include <chasles/estimate/estimate.hpp>
 
 namespace chasles {
 

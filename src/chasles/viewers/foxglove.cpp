@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/numbers.hpp>
+#include <chasles/codec/numbers.hpp>
 #include <chasles/viewers/foxglove.hpp>
 
 namespace chasles {

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/lie/se3.hpp>
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 #include <chasles/viewers/protobuf.hpp>
 
 namespace chasles {

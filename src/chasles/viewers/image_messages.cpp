@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/image_decode.hpp>
+#include <chasles/codec/image_decode.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/run_images.hpp>
+#include <chasles/run_folder/run_images.hpp>
 #include <chasles/viewers/channels.hpp>
 
 namespace chasles {

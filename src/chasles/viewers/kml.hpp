@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 

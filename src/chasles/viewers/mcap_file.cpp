@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/viewers/byte_sink.hpp>
 #include <chasles/viewers/mcap_file.hpp>
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
-#include <chasles/data/numbers.hpp>
-#include <chasles/data/text_file.hpp>
-#include <chasles/error.hpp>
+#include <chasles/base/constants.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/testing.hpp>
 #include <chasles/viewers/image_messages.hpp>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/data/run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 

@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/report/testing.hpp>
 #include <chasles/viewers/kml.hpp>

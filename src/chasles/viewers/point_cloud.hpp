@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/time.hpp>
+#include <chasles/base/time.hpp>
 #include <chasles/viewers/colours.hpp>
 
 namespace chasles {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/pose_messages.hpp>
 

@@ -2,8 +2,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/data/georeference.hpp>
-#include <chasles/data/run.hpp>
+#include <chasles/recording/georeference.hpp>
+#include <chasles/run_folder/run.hpp>
 
 // Messages of single states, as values for proto_bytes(). They are null where the state's pose is
 // not finite.

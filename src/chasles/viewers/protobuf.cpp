@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/utf8.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/viewers/byte_sink.hpp>
 #include <chasles/viewers/protobuf.hpp>
 

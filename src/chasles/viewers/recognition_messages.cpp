@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/point_cloud.hpp>

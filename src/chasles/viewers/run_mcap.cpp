@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/report/against_truth.hpp>
 #include <chasles/viewers/channels.hpp>
 #include <chasles/viewers/colours.hpp>

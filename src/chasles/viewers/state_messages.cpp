@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/constants.hpp>
+#include <chasles/base/constants.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/state_messages.hpp>

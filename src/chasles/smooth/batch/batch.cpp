@@ -2,7 +2,7 @@
 #include <span>
 
 #include <chasles/filter/dense.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>

@@ -9,8 +9,8 @@
 
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_buffer.hpp>
-#include <chasles/slam/estimate.hpp>
-#include <chasles/slam/inertial_start.hpp>
+#include <chasles/estimate/estimate.hpp>
+#include <chasles/initialise/inertial_start.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 
 namespace chasles {

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include <chasles/settings.hpp>
-#include <chasles/slam/landmark_form.hpp>
+#include <chasles/base/settings.hpp>
+#include <chasles/estimate/landmark_form.hpp>
 
 namespace chasles {
 

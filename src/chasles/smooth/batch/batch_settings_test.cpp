@@ -1,4 +1,4 @@
-#include <chasles/settings_testing.hpp>
+#include <chasles/base/settings_testing.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 
 namespace chasles::test {

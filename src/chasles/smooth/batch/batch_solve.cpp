@@ -8,7 +8,7 @@
 #include <ceres/ordered_groups.h>
 #include <ceres/solver.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 
 extern "C" {

@@ -5,7 +5,7 @@
 
 #include <ceres/sized_cost_function.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/pose_fusion.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>

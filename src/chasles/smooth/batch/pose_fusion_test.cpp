@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/smooth/batch/pose_fusion.hpp>
 #include <chasles/smooth/batch/smooth_testing.hpp>
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
 
 namespace chasles::smooth_detail {

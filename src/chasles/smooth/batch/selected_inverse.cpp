@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/selected_inverse.hpp>
 

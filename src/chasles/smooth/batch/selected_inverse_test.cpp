@@ -1,7 +1,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/testing.hpp>
 #include <chasles/smooth/batch/selected_inverse.hpp>
 

@@ -1,7 +1,7 @@
 #include <memory>
 
 #include <chasles/filter/dense.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
 #include <chasles/smooth/batch/velocity_problem_detail.hpp>

@@ -4,7 +4,7 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 
 namespace chasles {
@@ -36,7 +36,7 @@ struct VelocityBatchResult {
 void check_smoothing(const VelocitySlamSettings& settings);
 
 /// The most probable motion and landmarks for all velocities and frames: as smooth() of batch.hpp,
-/// with the filter's model for body velocities (filter/body_velocity_model.hpp) instead of IMU
+/// with the filter's model for body velocities (velocity/body_velocity_model.hpp) instead of IMU
 /// samples. Every instant of a velocity or a keyframe has a pose and additive states. The world is
 /// the pose at the first event. As in the filter, the first observation of a landmark counts with
 /// its disparity and the noise VelocitySlamNoise::begin, later ones with the rows of

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/batch/exact_settings_testing.hpp>
 #include <chasles/smooth/batch/velocity_oracle_testing.hpp>

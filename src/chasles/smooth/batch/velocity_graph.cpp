@@ -3,8 +3,8 @@
 #include <set>
 #include <tuple>
 
-#include <chasles/error.hpp>
-#include <chasles/slam/velocity_model.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/initial_error_detail.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>

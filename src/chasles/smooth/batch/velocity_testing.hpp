@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/filter/simulated_drive_testing.hpp>
-#include <chasles/slam/velocity_model.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
 // A short simulated run past a few points, whose motion is drawn from the estimator's own model,

@@ -2,7 +2,7 @@
 
 #include <ceres/manifold.h>
 
-#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/imu/strapdown.hpp>
 
 /// An error chart of the filter as a Ceres manifold. Private to the smooth folder.

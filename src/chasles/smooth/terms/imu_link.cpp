@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/floors_detail.hpp>
 #include <chasles/smooth/terms/imu_link.hpp>

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <chasles/slam/preintegration.hpp>
+#include <chasles/initialise/preintegration.hpp>
 
 namespace chasles {
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/batch/smooth_testing.hpp>
 #include <chasles/smooth/terms/imu_link.hpp>

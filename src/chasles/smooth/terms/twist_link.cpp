@@ -2,7 +2,7 @@
 #include <cmath>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/floors_detail.hpp>
 #include <chasles/smooth/terms/twist_link.hpp>

@@ -4,12 +4,12 @@
 
 #include <Eigen/Core>
 
-#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 namespace chasles {
 
 /// The motion between two instants of a recording with body velocities: the filter's motion model
-/// (filter/body_velocity_model.hpp) as a term between the pose and additive states of one instant
+/// (velocity/body_velocity_model.hpp) as a term between the pose and additive states of one instant
 /// and of the next. Rows of the residual: the twist [rotation; translation] from the first pose to
 /// the second minus the velocity times tau, then the later additive states minus the earlier. In
 /// these coordinates the model's noise does not depend on the state. With q the density of the

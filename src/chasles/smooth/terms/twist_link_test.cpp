@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/batch/velocity_testing.hpp>
 #include <chasles/smooth/terms/twist_link.hpp>

@@ -5,7 +5,7 @@
 #include <ceres/cost_function.h>
 
 #include <chasles/camera/stereo.hpp>
-#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 #include <chasles/smooth/terms/twist_link.hpp>
 
@@ -13,7 +13,7 @@
 /// (as many as the model has; omitted where it has none) and point (3).
 namespace chasles::smooth_detail {
 
-/// An observation of a landmark by a rectified pair: as filter/stereo_measurement.hpp, for points
+/// An observation of a landmark by a rectified pair: as velocity/stereo_measurement.hpp, for points
 /// at any distance. The anchor of a landmark is the left camera.
 template <int Rows>
 struct StereoTerm {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include <chasles/interruption.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
 namespace chasles {

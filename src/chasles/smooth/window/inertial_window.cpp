@@ -2,13 +2,13 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/error.hpp>
-#include <chasles/processor_time.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/slam/health.hpp>
+#include <chasles/estimate/health.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/window/window.hpp>
 

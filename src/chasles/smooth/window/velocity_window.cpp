@@ -1,13 +1,13 @@
 #include <algorithm>
 
-#include <chasles/error.hpp>
-#include <chasles/processor_time.hpp>
-#include <chasles/slam/health.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/base/processor_time.hpp>
+#include <chasles/estimate/health.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/velocity_problem_detail.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
-#include <chasles/validate.hpp>
+#include <chasles/base/validate.hpp>
 
 namespace chasles {
 

@@ -12,7 +12,7 @@
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 
-#include <chasles/filter/history.hpp>
+#include <chasles/filter/past/history.hpp>
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>

@@ -1,7 +1,7 @@
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
-#include <chasles/error.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <chasles/filter/past/segment.hpp>
+
+namespace chasles {
+
+/// Successive segments, composed so that there are few: a state of the past is recalled in as many
+/// steps as the logarithm of their number.
+class SegmentChain {
+ public:
+  using Keeps = std::function<bool(int number)>;
+
+  /// Items for which `keeps` is false are left out where segments are composed.
+  void append(Segment segment, const Keeps& keeps);
+
+  /// These items as they are at the end of the last segment. The numbers rise.
+  Carried recall(const std::vector<int>& numbers) const;
+  /// The same, and they are rows of the state at the end from now on, the last ones, in this order.
+  /// As items they are no longer of use.
+  Carried revive(const std::vector<int>& numbers, const Keeps& keeps);
+  /// Adds items that are derived from one of the past.
+  void derive(int source, const std::vector<DerivedItem>& derived);
+
+  /// All of them as one, with the items for which `keeps` is true; there must be one.
+  Segment composed(const Keeps& keeps) const;
+  std::size_t bytes() const;
+
+ private:
+  std::vector<std::shared_ptr<Segment>> segments_;  ///< shared with copies of the chain
+};
+
+}  // namespace chasles

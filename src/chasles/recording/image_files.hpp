@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/codec/image_source.hpp>
+
+namespace chasles {
+
+/// An image of one camera: its time and its file name within the camera's folder.
+struct StampedFile {
+  Time time{};
+  std::string file;
+};
+
+/// The images of one camera, in any order, in one folder.
+struct CameraFiles {
+  std::filesystem::path folder;
+  std::vector<StampedFile> images;
+};
+
+/// The images of a folder without a table of images, named by their times in nanoseconds
+/// (1403636584763555584.png). Throws InputError for an image whose name is not a number.
+std::vector<StampedFile> files_named_by_time(const std::filesystem::path& folder);
+
+/// The images of a rig, read on request. Each image of the first camera makes a frame, with those
+/// of the others within `tolerance` (pair_images). The function corrects, and counts in `remarks`:
+/// images that are not in order of time, repeated times (the first image stays), missing files, and
+/// images that only some of the cameras have. Throws InputError if a camera's folder is
+/// missing or none of its images is there.
+///
+/// `cameras`: one entry for each camera of the rig; its images must have the camera's size.
+std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cameras,
+                                                    const std::vector<Camera>& rig, Time tolerance,
+                                                    std::vector<std::string>& remarks);
+
+}  // namespace chasles
