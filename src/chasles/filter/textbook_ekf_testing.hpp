@@ -9,10 +9,10 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/state.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/lie/sek3.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 /// A textbook extended Kalman filter in the coordinates of each chart. It uses the dense
 /// transition, noise and measurement matrices of docs/derivations.md, D24 to D28 and D38, chart by
@@ -137,13 +137,7 @@ class TextbookEkf {
     }
     Matrix N = F.middleCols<6>(9);
     N.middleRows<6>(9).setZero();
-    Vector sigma(6);
-    sigma << model.f_sigma * Vector::Ones(3), model.w_sigma * Vector::Ones(3);
-    P_ = F * P_ * F.transpose() + N * sigma.cwiseAbs2().asDiagonal() * N.transpose();
-    for (int i = 0; i < 3; ++i) {
-      P_(9 + i, 9 + i) += tau * model.f_bias_walk * model.f_bias_walk;
-      P_(12 + i, 12 + i) += tau * model.w_bias_walk * model.w_bias_walk;
-    }
+    P_ = F * P_ * F.transpose() + model.noise(N, tau);
   }
 
   void measure_velocity(const BodyVelocityModel& model, const BodyVelocity& u,

@@ -64,8 +64,8 @@ class VelocityFilter : public VelocityEstimator {
   VelocityFilter(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
-  std::vector<MapLandmark> map() const override { return slam_.filter().map(); }
-  Past::Estimates past() const override { return slam_.filter().past_estimates(); }
+  std::vector<MapLandmark> map() const override { return slam_.filter().past().map(); }
+  Past::Estimates past() const override { return slam_.filter().past().estimates(); }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     std::vector<LandmarkId> ids;
     for (const Landmark& l : slam_.filter().state().landmarks) ids.push_back(l.id);

@@ -21,10 +21,10 @@ void expect_same_estimates(const Ekf& a, const Ekf& b) {
   const MatrixXd P = a.covariance(), expected = b.covariance();
   ASSERT_EQ(P.rows(), expected.rows());
   EXPECT_LT(test::covariance_difference(P, expected), kPastTolerance);
-  const Past::Estimates past = a.past_estimates(), dense = b.past_estimates();
+  const Past::Estimates past = a.past().estimates(), dense = b.past().estimates();
   ASSERT_EQ(past.landmarks.size(), dense.landmarks.size());
   ASSERT_EQ(past.poses.size(), dense.poses.size());
-  EXPECT_EQ(a.map_size(), static_cast<int>(past.landmarks.size()));
+  EXPECT_EQ(a.past().map_size(), static_cast<int>(past.landmarks.size()));
   for (std::size_t i = 0; i < past.landmarks.size(); ++i) {
     SCOPED_TRACE(::testing::Message() << "landmark " << i);
     const MapLandmark &one = past.landmarks[i], &other = dense.landmarks[i];
@@ -50,7 +50,8 @@ TEST(Past, RecallTellsWhatRevivalWouldBring) {
     dense.step();
   }
   const std::vector<int> numbers{filter.dormant()[1], filter.dormant()[7], filter.dormant().back()};
-  const Carried recalled = filter.ekf().recall(numbers), expected = dense.ekf().recall(numbers);
+  const Carried recalled = filter.ekf().past().recall(numbers),
+                expected = dense.ekf().past().recall(numbers);
   EXPECT_TRUE(test::agree(recalled.P, expected.P, kPastTolerance, 0));
   EXPECT_TRUE(test::agree(recalled.C, expected.C, kPastTolerance, 0));
   EXPECT_TRUE(test::agree(recalled.correction, expected.correction, kPastTolerance, 1e-12));
@@ -129,7 +130,8 @@ TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
   }
   EXPECT_LT(most, bound + bound / 5);
   EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
-  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  const Past::Estimates some = bounded.ekf().past().estimates(),
+                        all = whole.ekf().past().estimates();
   ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
   ASSERT_EQ(some.poses.size(), all.poses.size());
   std::size_t final = 0;
@@ -150,7 +152,8 @@ TEST(Past, ABoundOnItsMemoryLeavesReturningLandmarksExact) {
   Wanderer bounded(c, Ekf::Map::kPast, whole.ekf().past().bytes() / 6);
   for (int i = 0; i < 150; ++i) bounded.step();
   EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
-  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  const Past::Estimates some = bounded.ekf().past().estimates(),
+                        all = whole.ekf().past().estimates();
   ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
   for (std::size_t i = 0; i < some.landmarks.size(); ++i) {
     ASSERT_EQ(some.landmarks[i].id, all.landmarks[i].id);
@@ -194,7 +197,7 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   const int none[] = {0};
   EXPECT_THROW(filter.remember_pose(Time{}), UsageError);
   EXPECT_THROW(filter.revive(none), UsageError);
-  EXPECT_TRUE(filter.past_estimates().poses.empty());
+  EXPECT_TRUE(filter.past().estimates().poses.empty());
   Ekf past = test::inertial_filter(kStandardChart, random, false, false,
                                    {.map = Ekf::Map::kPast, .past = {.recalls = true}});
   const int first[] = {0};
@@ -205,7 +208,8 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   past.retire(first);
   past.forget(std::array{1});
   EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is forgotten";
-  EXPECT_EQ(past.past_estimates().landmarks.size(), static_cast<std::size_t>(past.map_size()));
+  EXPECT_EQ(past.past().estimates().landmarks.size(),
+            static_cast<std::size_t>(past.past().map_size()));
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};
@@ -226,8 +230,8 @@ TEST_P(PastTest, IsThatOfAFilterThatForgetsNothing) {
     numbers.insert(numbers.end(), filter.dormant().begin(), filter.dormant().end());
     std::ranges::sort(numbers);
     const std::vector<int> in_state{0, 2};
-    const Carried some = filter.ekf().recall(numbers, in_state),
-                  all = dense.ekf().recall(numbers, in_state);
+    const Carried some = filter.ekf().past().recall(numbers, in_state),
+                  all = dense.ekf().past().recall(numbers, in_state);
     EXPECT_TRUE(test::agree(some.P, all.P, kPastTolerance, 0));
     EXPECT_TRUE(test::agree(some.C, all.C, kPastTolerance, 0));
     EXPECT_TRUE(test::agree(some.correction, all.correction, kPastTolerance, 1e-12));
