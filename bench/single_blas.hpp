@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cblas.h>
 #include <type_traits>
 

@@ -17,7 +17,6 @@ using Eigen::VectorXd;
 
 KeptPast::KeptPast(const MatrixXd& core_covariance, Options options)
     : map_(options.map),
-      recalls_(options.past.recalls),
       core_(core_covariance.rows()),
       left_(options.past),
       history_(core_covariance, options.map_bytes) {
@@ -105,7 +104,7 @@ void KeptPast::note_returned(std::span<const int> numbers) {
 }
 
 void KeptPast::check_fits(const PriorMap& prior) const {
-  if (!is_in_map_axes() || !recalls_) {
+  if (!is_in_map_axes() || !left_.recalls()) {
     throw UsageError("a prior map needs a filter with Map::kPast and past.recalls");
   }
   const auto landmarks = static_cast<Index>(prior.landmarks.size());

@@ -126,7 +126,6 @@ class KeptPast {
   void record(std::span<const NewLandmark> landmarks);
 
   Map map_;
-  bool recalls_;
   Eigen::Index core_;               ///< rows of the core
   LatestSegment latest_;            ///< the steps since the last segment
   Past left_;                       ///< states that have left, and the segments until then
