@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr int kRuns = 120;
 constexpr int kFrames = 10;
-constexpr int kLandmarks = 8;
+constexpr int kInScene = 8;
 constexpr BodyVelocityModel kOwnAxes{.velocity_state = true, .gyro_bias = true, .scale = false};
 constexpr BodyVelocityModel kLevelAxes{
     .velocity_state = true, .gyro_bias = true, .scale = false, .level = true};
@@ -110,7 +110,7 @@ void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random
   State truth = first_belief(model);
   kStandardChart.retract(truth, first_sigma(model).cwiseProduct(random.normal_vector(core)));
   std::vector<NewLandmark> fresh;
-  for (int i = 0; i < kLandmarks; ++i) {
+  for (int i = 0; i < kInScene; ++i) {
     const double z = random.uniform(-1, 2), y = random.uniform(-3, 3), x = random.uniform(5, 8);
     const Eigen::Vector3d p(x, y, z);
     truth.landmarks.push_back({.id = i, .p_world = p, .row = core + 3 * i, .observations = 0});
@@ -128,7 +128,7 @@ void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random
     ekf.propagate(predict(model, ekf.state(), {}, test::kDriveStep, motion_noise()));
     count({measure_velocity(model, ekf.state(), sampled(model, truth, random), motion_noise())});
     std::vector<Measurement> measurements;
-    for (int i = 0; i < kLandmarks; ++i) {
+    for (int i = 0; i < kInScene; ++i) {
       const auto z = measure_stereo(test::drive_rig(), StereoRows::kMeanDisparity, kNoise,
                                     ekf.state(), i, seen(truth, i, random));
       for (int use = 0; use < uses; ++use) measurements.push_back(z.value());
