@@ -82,7 +82,7 @@ TEST(Docs, EveryMakeCommandIsATarget) {
   static const std::regex target(R"((?:^|\n)([a-z0-9-]+):)");
   const auto targets = all_matches(slurp(kRoot / "Makefile"), target);
   ASSERT_TRUE(targets.contains("demo"));
-  for (const char* page : {"README.md", "CONTRIBUTING.md"}) {
+  for (const char* page : {"README.md", "docs/CONTRIBUTING.md"}) {
     // Only code: `make test`, or a line of a code block.
     static const std::regex code(R"((?:`|\n)(make [a-z0-9-]+))");
     for (const std::string& line : all_matches(slurp(kRoot / page), code)) {

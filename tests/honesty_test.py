@@ -1,8 +1,7 @@
-"""scripts/honesty on a small simulated recording: a row with figures, a run that fails, and a second
+"""studies/honesty.py on a small simulated recording: a row with figures, a run that fails, and a second
 call that makes no run again. Its bands are compared with tables of chi-square."""
 
-import importlib.machinery
-import importlib.util
+import importlib
 import os
 import pathlib
 import subprocess
@@ -10,12 +9,11 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SCRIPT = ROOT / "scripts/honesty"
 
 
 def honesty(folder, *more):
-    command = [sys.executable, SCRIPT, "--quick", "--only", "^turn", "--recording", f"turntable={folder}/rec", "-o", folder / "out", *more]
-    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-m", "studies.honesty", "--quick", "--only", "^turn", "--recording", f"turntable={folder}/rec", "-o", folder / "out", *more]
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
 
 
 def row_of(folder):
@@ -61,10 +59,8 @@ def test_errors(folder):
 
 
 def test_bands():
-    sys.path.insert(0, str(SCRIPT.parent))
-    loader = importlib.machinery.SourceFileLoader("honesty", str(SCRIPT))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("honesty", loader))
-    loader.exec_module(module)
+    sys.path.insert(0, str(ROOT))
+    module = importlib.import_module("studies.honesty")
     # 2.5 % and 97.5 % quantiles of chi-square with 30 and 100 degrees of freedom, from tables.
     for dof, count, low, high in ((3, 10, 16.791, 46.979), (1, 100, 74.222, 129.561)):
         band = module.mean_band(dof, count)
