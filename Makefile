@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test wheel python package ros1 dds bench table study convergence honesty docs \
+.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table study convergence honesty docs \
   prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -28,6 +28,12 @@ demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 
 test: deps  ## builds everything; all tests, on the real recordings too where they are at hand
 	cmake --workflow --preset release
+
+check:    ## the formatting, the prose, and the quick tests of what is built; before a commit
+	@tools/format --check
+	@tools/prose
+	cmake --build --preset release
+	ctest --preset release --label-regex '^quick$$'
 
 wheel: build  ## the Python package, from the objects of `make build`: out/chasles-*.whl for pip install
 	@tools/deps wheel

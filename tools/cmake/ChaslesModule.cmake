@@ -123,8 +123,19 @@ function(chasles_test name)
     CALL chasles_library_copies_first ${name} ${ARG_LINKS})")
   target_link_libraries(${name} PRIVATE chasles_options ${ARG_LINKS} GTest::gtest_main)
   chasles_source_dir(${name} ${ARG_SOURCES})
-  gtest_discover_tests(${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-    DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES PROPERTIES TIMEOUT 300)
+  # Tests of tests/slow_tests.txt have the label slow, all others quick: `make check` runs the quick ones.
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/slow_tests.txt)
+  file(STRINGS ${PROJECT_SOURCE_DIR}/tests/slow_tests.txt slow REGEX "^${name} ")
+  list(TRANSFORM slow REPLACE "^${name} " "")
+  list(JOIN slow ":" slow)
+  set(how WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+    DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES)
+  if(slow)
+    gtest_discover_tests(${name} ${how} TEST_FILTER ${slow} PROPERTIES TIMEOUT 300 LABELS slow)
+    gtest_discover_tests(${name} ${how} TEST_FILTER -${slow} PROPERTIES TIMEOUT 300 LABELS quick)
+  else()
+    gtest_discover_tests(${name} ${how} PROPERTIES TIMEOUT 300 LABELS quick)
+  endif()
 endfunction()
 
 # CHASLES_SOURCE_DIR for programs whose sources name it, or a header that does. The others' objects do
