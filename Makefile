@@ -60,13 +60,13 @@ bench:    ## ratios of cost, measured in one run
 	cmake --build --preset release
 	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
 
-table: build  ## runs all real recordings: fills README.md and docs/results.md
+table: build  ## runs all real recordings: fills docs/results.md and studies/results.md
 	@scripts/table
 
-study: build  ## 100 simulated runs of each inertial scene: fills docs/consistency.md
+study: build  ## 100 simulated runs of each inertial scene: fills studies/consistency.md
 	@scripts/study
 
-convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
+convergence: build  ## the error charts in batch estimation: fills studies/convergence.md
 	@scripts/convergence
 
 honesty: build  ## errors against sigmas on all recordings: out/honesty/table.md
