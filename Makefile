@@ -66,13 +66,13 @@ bench:    ## ratios of cost, measured in one run
 	cmake --build --preset release
 	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
 
-table: build  ## runs all real recordings: fills README.md and docs/results.md
+table: build  ## runs all real recordings: fills docs/results.md and studies/results.md
 	@python3 -m studies.table
 
-study: build  ## 100 simulated runs of each inertial scene: fills docs/consistency.md
+study: build  ## 100 simulated runs of each inertial scene: fills studies/consistency.md
 	@python3 -m studies.study
 
-convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
+convergence: build  ## the error charts in batch estimation: fills studies/convergence.md
 	@python3 -m studies.convergence
 
 honesty: build  ## errors against sigmas on all recordings: out/honesty/table.md

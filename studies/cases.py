@@ -3,8 +3,8 @@
 before and after. It makes the inputs, runs `chasles run`, `chasles check` or `chasles evaluate` on them, and
 compares their outcome with what is right. There are two parts:
 
-recordings  faults put into a rendered walk and EuRoC's MH_01 (../shared/cases): docs/cases.md
-reports     inputs re-made from public reports (../shared/cases/reports), 6 s of MH_01: docs/reports.md
+recordings  faults put into a rendered walk and EuRoC's MH_01 (../shared/cases): studies/cases.md
+reports     inputs re-made from public reports (../shared/cases/reports), 6 s of MH_01: studies/reports.md
 
 PROGRAM (or $CHASLES_BEFORE) is an older chasles: it fills the columns "before". Without it there are none. The
 program of the columns "after" is $CHASLES_BINARY, or that of build/release. A command that takes longer than

@@ -1,6 +1,6 @@
 """Recordings with a fault, from the generators of ../shared/cases and from here: a part of studies/cases.py. It makes
 every case from a rendered walk and from EuRoC's MH_01, runs `chasles run` and `chasles check` on them, compares
-their outcome with what is right, and fills docs/cases.md."""
+their outcome with what is right, and fills studies/cases.md."""
 
 import concurrent.futures
 import dataclasses
@@ -18,7 +18,7 @@ from studies.cases_run import (CHASLES, DATA, OUT, ROOT, SHARED, call, check, li
                        without_paths, words_of)
 from studies.pages import fill
 
-PAGE = ROOT / "docs/cases.md"
+PAGE = ROOT / "studies/cases.md"
 WALK = ["simulate", "walk", "--images", "--set", "walk_duration=12", "--set", "cameras=2", "--quiet", "-o"]
 SOURCES = {"walk": "the rendered walk", "MH_01": "MH_01_easy_17s"}
 MONO, BOTH = (["--cameras", "mono"],), ([], ["--cameras", "mono"])

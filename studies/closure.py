@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """studies/closure.py [RUNS]: 100 simulated walks, twice around a block, in every error chart, with and without landmarks that
-return by their ids. Fills docs/recognition.md. A quarter of an hour. Needs NumPy."""
+return by their ids. Fills studies/recognition.md. A quarter of an hour. Needs NumPy."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from studies.pages import fill
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 OUT = ROOT / "out/closure"
-DOCS = ROOT / "docs/recognition.md"
+DOCS = ROOT / "studies/recognition.md"
 CHARTS = ("right-sen3", "standard", "left-se3", "right-se3")
 SCENE = {"sections": 8, "keep_ids": "true", "hall_length": 10, "hall_width": 8, "frame_rate": 10}
 DOF = {"nees_position": 3, "nees_attitude": 3, "nees_pose": 6}

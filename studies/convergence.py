@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/convergence.py [SEEDS [RUNS]]: the tables of docs/convergence.md on the error charts in batch
+"""studies/convergence.py [SEEDS [RUNS]]: the tables of studies/convergence.md on the error charts in batch
 estimation. It runs searches from SEEDS (default 10) perturbed initial estimates of each size on four
 recordings. It also runs RUNS (default 100) runs of two short scenes with filter and batch; with 0
 that table is not changed. The script fills the page between its markers, processor time included.
@@ -18,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 DATA = pathlib.Path(os.environ.get("CHASLES_DATA", ROOT / "../shared/data"))
 OUT = ROOT / "out/convergence"
-PAGE = ROOT / "docs/convergence.md"
+PAGE = ROOT / "studies/convergence.md"
 CHARTS = ["standard", "left-se3", "right-se3", "right-sen3"]
 SHORT = {
     "turntable": ["revolutions=0.3"],

@@ -2,8 +2,8 @@
 """studies/crossvalidate.py [--only SETTING] [--page]: are the defaults of stereo-velocity runs right for
 drives that did not choose them? For each setting it runs the filter with several values on all KITTI
 tracks. The other drives choose the value for each drive, and the table has the change against the
-default on the drives left out (docs/noise.md, "Cross-validation"). It writes out/crossvalidate/table.md.
---page also fills docs/noise.md.
+default on the drives left out (studies/noise.md, "Cross-validation"). It writes out/crossvalidate/table.md.
+--page also fills studies/noise.md.
 
 The nine STARS drives are there twice more, with the noise and biases of the 2020 sets added to their
 velocities. out/crossvalidate/runs keeps the runs, whatever the program and its defaults: remove it
@@ -24,7 +24,7 @@ from studies.pages import fill
 from studies.trajectories import CHASLES, DATA, DRIVE, ROOT, drives, run_folder
 
 OUT = ROOT / "out/crossvalidate"
-PAGE = ROOT / "docs/noise.md"
+PAGE = ROOT / "studies/noise.md"
 SECONDS_EACH = 120  # of a run
 SEEDS = (1, 2)  # of the noise
 NOISE = {"v_vk_vk_i": 0.5, "w_vk_vk_i": 0.05}  # of a sample [m/s, rad/s], as in the 2020 sets

@@ -3,7 +3,7 @@
 of tracked points. Both get the same random half of the tracks, DRAWS times (16; flights 6), each time
 with other tracks. A pair is a block of the recording; its errors are those of the motion over it,
 averaged over the draws. All draws share truth, velocities and scene, so a draw is not a pair. The
-script fills the table of docs/batch.md between its markers. It needs numpy and twenty minutes of two
+script fills the table of studies/batch.md between its markers. It needs numpy and twenty minutes of two
 cores. out/halves.jsonl keeps the results: remove it to start again."""
 
 import json

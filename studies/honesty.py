@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """studies/honesty.py [--quick] [--only PATTERN] [--set KEY=VALUE]... [--recording NAME=PATH]...: are the
 covariances consistent with the errors? It runs the filter, window:20 and batch with default settings on all
-development recordings, real and rendered, and compares errors and sigmas (docs/honesty.md). It
-writes out/honesty/table.md, and the figures of each run to out/honesty/runs.
+development recordings, real and rendered, and compares errors and sigmas (docs/recordings-consistency.md).
+It writes out/honesty/table.md, and the figures of each run to out/honesty/runs.
 
 An interrupted call resumes: a run counts as done if program, recording and options are the same.
 A rendered recording is kept until the sources of the renderer change, or for want of room.
 
 --quick has only the filter, the real recordings and the demo's walk. --only takes the recordings
 whose names match the regular expression. --recording adds one of your own. --set is passed on to
-all runs. --page also fills docs/honesty.md with the table."""
+all runs. --page also fills studies/recordings-consistency.md with the table."""
 
 import argparse
 import concurrent.futures
@@ -375,7 +375,7 @@ def main():
     page = f"Commit {commit()}, program {plan.store.program[:12]}{settings}.\n\n{table(plan)}\n\n{goals(plan)}\n"
     (o.output / "table.md").write_text(page)
     if o.page:
-        fill(ROOT / "docs/honesty.md", "honesty", page.strip())
+        fill(ROOT / "studies/recordings-consistency.md", "honesty", page.strip())
     print(f"{page}\n{plan.done} of {len(plan.rows)} runs made now, the others before: {o.output / 'table.md'}")
 
 

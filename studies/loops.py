@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """studies/loops.py [loops] [held-out]: runs with and without recognition, on rendered walks that see places again, on a block of
-corridors that all look alike, and on real recordings. Without an argument both. Fills docs/recognition.md and, with
+corridors that all look alike, and on real recordings. Without an argument both. Fills studies/recognition.md and, with
 Chromium, takes the picture docs/images/loop.png. The recordings are rendered to out/loops, once: half an hour, 5 GB.
 Needs NumPy."""
 
@@ -21,7 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 DATA = ROOT.parent / "shared/data/euroc"
 OUT = ROOT / "out/loops"
-DOCS, PICTURE = ROOT / "docs/recognition.md", ROOT / "docs/images/loop.png"
+DOCS, PICTURE = ROOT / "studies/recognition.md", ROOT / "docs/images/loop.png"
 SMALL = {"rest_duration": 1, "frame_rate": 10, "focal_length": 250, "image_width": 376, "image_height": 240,
          "center_u": 187.5, "center_v": 119.5, "hall_length": 10, "sections": 8}
 # The recording's name: scene, seed, settings.

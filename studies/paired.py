@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """studies/paired.py: tests on every scene and recording whether the batch's error is below the filter's,
-and with what confidence. It fills the table of docs/batch.md between its markers. In a simulated scene
+and with what confidence. It fills the table of studies/batch.md between its markers. In a simulated scene
 a pair is a run, and its error is the ATE. In a recording a pair is a block, and its error is that of
 the motion over the block. p comes from random signs of the differences, with Holm's correction for the
 number of rows. The script needs numpy and half an hour of processor time. out/runs keeps the runs:
@@ -15,7 +15,7 @@ from studies.pages import fill
 from studies.pairs import DRAWS, PAGE, holm, interval, metres, sign_flips, signed, small, table, verdict
 from studies.trajectories import DRIVE, EUROC, FLIGHTS, OUT, ate, chasles, cuts, drives, errors, runs_of, walks
 
-# Least squares, because there are no outliers (docs/convergence.md, section 2).
+# Least squares, because there are no outliers (studies/convergence.md).
 EXACT = ["--set", "batch.loss=none", "--set", "batch.gate=0"]
 PIECE = OUT / "V1_02-30-40s.tum"  # for the scene trajectory: a quadrotor in the middle of its flight
 SCENES = {

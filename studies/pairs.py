@@ -4,7 +4,7 @@ import numpy as np
 
 from studies.trajectories import ROOT, mean_and_error
 
-PAGE = ROOT / "docs/batch.md"
+PAGE = ROOT / "studies/batch.md"
 DRAWS = 20000  # of random signs
 
 

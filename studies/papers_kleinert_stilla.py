@@ -9,8 +9,8 @@ import sys
 
 import numpy as np
 
-from studies.pages import fill
-from studies.papers_page import CHASLES, DOCS, PNG, ROOT, page, plt, svg, table
+from pages import fill
+from papers_page import CHASLES, DOCS, PNG, ROOT, STUDY, page, plt, svg, table
 
 OUT = ROOT / "out/papers/kleinert-stilla"
 WALK = ROOT / "out/walk"
@@ -285,7 +285,7 @@ def main():
                               ("options", "Their Jacobians, transition and samples", options_table()),
                               ("hallway-variants", "Variants of the hallway", variants("hallway")),
                               ("turntable-variants", "Variants of the cube", variants("turntable"))):
-        fill(DOCS, f"ks-{name}", text)
+        fill(STUDY, f"ks-{name}", text)
         parts.append((title, text))
     (OUT / "page.html").write_text(page("Kleinert and Stilla: “On Sensor Pose Parameterization for Inertial Aided Visual SLAM”",
         "Their filters (<code>--preset paper</code>) in scenes after theirs. Medians of the runs, means in parentheses, where two numbers stand. "

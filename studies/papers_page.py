@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
-DOCS = ROOT / "docs/papers.md"
+DOCS, STUDY = ROOT / "docs/papers.md", ROOT / "studies/papers.md"
 PNG = {"dpi": 110, "metadata": {"Software": None}}  # of savefig
 # A constant salt: the same figure is the same text.
 plt.rcParams.update({"svg.hashsalt": "chasles", "font.size": 8})

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """studies/relocalisation.py [starts] [conditions] [flights] [others] [merging]: runs that begin at random places of a map which
 another run saved, in rendered corridors and on real flights, and runs in maps of other places, and merges maps; without
-an argument all of them. Fills docs/recognition.md. The recordings are rendered to out/loops, once: half an hour. Needs NumPy."""
+an argument all of them. Fills studies/recognition.md. The recordings are rendered to out/loops, once: half an hour. Needs NumPy."""
 
 import concurrent.futures
 import itertools
@@ -23,7 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 DATA = ROOT.parent / "shared/data/euroc"
 OUT = ROOT / "out/loops"
-DOCS = ROOT / "docs/recognition.md"
+DOCS = ROOT / "studies/recognition.md"
 MAPPED = {"block": ("hallway", {}), "walk": ("walk", {}), "alike": ("hallway", {"texture_period": 2.5})}
 # The same buildings, walked with other steps.
 AGAIN = {f"{name}-again": (scene, {**settings, "step_rate": 1.5}) for name, (scene, settings) in MAPPED.items()}

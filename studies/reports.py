@@ -1,6 +1,6 @@
 """Inputs re-made from public reports, by the generators of ../shared/cases/reports: a part of studies/cases.py. It
 makes each input from 6 s of MH_01, runs `chasles run` and `chasles check` on it (`chasles evaluate` for a truth),
-compares the outcome with the rules of reports_rules.py, and fills docs/reports.md. Outcomes are kept in a cache."""
+compares the outcome with the rules of reports_rules.py, and fills studies/reports.md. Outcomes are kept in a cache."""
 
 import concurrent.futures
 import functools
@@ -17,7 +17,7 @@ from studies import reports_rules as rules
 from studies.cases_run import DATA, OUT, ROOT, SHARED, call, check, lines, loaded, message, not_right, run, run_cells, without_paths, words_of
 from studies.pages import fill
 
-PAGE, GENERATORS = ROOT / "docs/reports.md", SHARED / "reports"
+PAGE, GENERATORS = ROOT / "studies/reports.md", SHARED / "reports"
 SOURCE = DATA / "euroc/MH_01_easy_17s"
 START, SECONDS = 1403636584763555584, 6  # of the piece, as in reports_common.py
 VENV = ROOT / "build/cases-venv"

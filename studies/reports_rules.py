@@ -1,5 +1,5 @@
 """What is right for each input of ../shared/cases/reports: the rules that studies/reports.py applies, and nothing
-else. docs/reports.md explains the columns.
+else. studies/reports.md explains the columns.
 
 A rule reads: name, what is right (for the page), how `chasles run` must end, what it must say, what `chasles check`
 must say. The last two are regular expressions for one line of errors, remarks or findings; a "!" before that for

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/study.py [RUNS]: the Monte Carlo study of docs/consistency.md. It runs the scenes hallway
+"""studies/study.py [RUNS]: the Monte Carlo study of studies/consistency.md. It runs the scenes hallway
 and turntable, 100 times (or RUNS) each. The filters are Kleinert & Stilla's, the default in every
 chart, and one with early landmark initialisation (studies/configs/early.yaml), all on the same noise. It
 fills the page between its markers. out/study keeps the studies, and an interrupted one resumes."""
@@ -13,7 +13,7 @@ from studies.pages import fill
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
-PAGE = ROOT / "docs/consistency.md"
+PAGE = ROOT / "studies/consistency.md"
 CHARTS = ["--charts", "standard,left-se3,right-se3,right-sen3", "--landmarks", "inverse-depth"]
 # Settings of --set are those of all filters of a command, so the assumed depth has a command of its own.
 FILTERS = {

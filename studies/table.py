@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """studies/table.py [NAME...]: runs `chasles run` on all recordings of CHASLES_DATA (../shared/data)
-in every variant of the tables. It fills README.md (between its markers) and docs/results.md.
+in every variant of the tables. It fills docs/results.md (between its markers) and writes studies/results.md.
 With names (substrings of "ece276a_2020/0027") it runs only those recordings, and only prints.
 out/table/results.json keeps the unrounded figures."""
 
@@ -57,25 +57,16 @@ FIGURES = [
 ]
 
 
-PROLOGUE = """# Results
+PROLOGUE = """# Stereo-velocity runs: all variants
 
-This page compares all recordings, charts and baselines. `make table` fills it: it runs
-`chasles run RECORDING` with the options of each row, and one default for all recordings.
+This page has every figure of every recording, chart and baseline. `make table` writes it: it runs
+`chasles run RECORDING` with the options of each row. [docs/results.md](../docs/results.md) explains
+the variants and has the conclusions, and [docs/evaluation.md](../docs/evaluation.md) defines the
+figures.
 
-[evaluation.md](evaluation.md) defines the figures. ATE is given after SE(3) alignment and with the
-first poses aligned. NIS is a mean per degree of freedom, and 1 is consistent. NEES is the mean of
-the pose, and 6 is consistent.
-
-- `map` takes the trajectory of dead reckoning as exact.
-- The charts share the settings of the default.
-- `Du` is the filter of the ECE 276A report with its two parameter sets, on the recordings as they
-  are ([papers.md](papers.md)). `repaired data`: with the reader's corrections ([formats.md](formats.md)).
-- On the 2018 and STARS drives, velocities and truth come from the same GNSS/INS. The ATE of dead
-  reckoning is therefore close to the least possible one there.
-- The truth of 2020/0022 is the estimate of another SLAM system.
-- The fifteen recordings show twelve drives: 2018/0027, 2020/0027 and STARS 09_30/0027 are one drive,
-  and 2018/0042 and STARS 10_03/0042 another. Tests of significance count a drive once
-  ([batch.md](batch.md#7-batch-against-filter)).
+- ATE is given after SE(3) alignment and with the first poses aligned.
+- NIS is a mean per degree of freedom, and 1 is consistent. NEES is the mean of the pose, and 6 is
+  consistent.
 """
 
 
@@ -179,8 +170,8 @@ def main():
         print(full_page(results))
         return
     table = compact_table(results)
-    fill(ROOT / "README.md", "results", table)
-    (ROOT / "docs/results.md").write_text(full_page(results))
+    fill(ROOT / "docs/results.md", "results", table)
+    (ROOT / "studies/results.md").write_text(full_page(results))
     print(table)
 
 

@@ -4,7 +4,7 @@ the velocities, with the attitude of the truth. The other uses only the stereo t
 very large velocity noise. Their errors are independent of each other. Their differences from the truth
 have the error of the truth in common, so the mean product of the differences is its mean square. The
 script evaluates horizontal motions over the blocks of studies/paired.py and fills the table of
-docs/batch.md between its markers. It needs numpy and some minutes. out/runs keeps the runs: remove it
+studies/batch.md between its markers. It needs numpy and some minutes. out/runs keeps the runs: remove it
 to start again."""
 
 import math

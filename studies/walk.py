@@ -4,7 +4,7 @@ building, 319 m, for one camera and an IMU, with Chasles's sensors and with the 
 
 Chasles's sensors: it estimates the walk from the pixels in each error chart with the paper's
 composition step, once without that step, and once from simulated tracks instead of images. It writes
-out/walk/page.html, fills docs/pixels.md and, with Chromium, takes the picture docs/images/walk.png.
+out/walk/page.html, fills studies/pixels.md and, with Chromium, takes the picture docs/images/walk.png.
 
 The paper's sensors: it estimates the walk with the paper's filter in its three charts, and with
 Chasles's. It writes out/walk/kleinert-stilla.html and fills docs/papers.md."""
@@ -22,7 +22,7 @@ from studies.pages import fill, take_picture
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 OUT = ROOT / "out/walk"
-DOCS, PAPERS, PICTURE = ROOT / "docs/pixels.md", ROOT / "docs/papers.md", ROOT / "docs/images/walk.png"
+STUDY, PAPERS, PICTURE = ROOT / "studies/pixels.md", ROOT / "docs/papers.md", ROOT / "docs/images/walk.png"
 NAV = ["--set", "nav_attitude=true", "--set", "guessed_depth_observations=12"]
 COMPOSED = [*NAV, "--set", "composition_interval=1"]
 # The run's name: recording, chart, settings.
@@ -90,7 +90,7 @@ def main():
 def show():
     page = OUT / "page.html"
     chasles("report", *(OUT / name for name in RUNS), "-o", page)
-    fill(DOCS, "walk", table(page))
+    fill(STUDY, "walk", table(page))
     take_picture(page, PICTURE)
     paper = OUT / "kleinert-stilla.html"
     chasles("report", *(OUT / name for name in PAPER_RUNS), "-o", paper)

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """stage.py FOLDER: puts the site's Markdown pages into FOLDER, for mkdocs.
 
-The pages of docs/ keep their names. README.md and CHANGELOG.md go to repository/. A link to
-any other file of the repository leads to a page in repository/ that shows the file.
+The pages of docs/ keep their names; those of studies/ go to studies/, and README.md, docs/CONTRIBUTING.md and
+CHANGELOG.md to repository/. A link to any other file of the repository leads to a page in repository/ that
+shows the file.
 """
 import os
 import pathlib
@@ -20,7 +21,8 @@ class Stage:
         self.folder = folder
         docs = ROOT / "docs"
         self.places = {f: f.relative_to(docs) for f in docs.rglob("*") if f.is_file()}
-        for name in ("README.md", "CHANGELOG.md"):
+        self.places |= {f: f.relative_to(ROOT) for f in (ROOT / "studies").glob("*.md")}
+        for name in ("README.md", "docs/CONTRIBUTING.md", "CHANGELOG.md"):
             self.places[ROOT / name] = pathlib.Path("repository", name)
         self.waiting = list(self.places)
 
