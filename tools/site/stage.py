@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """stage.py FOLDER: puts the site's Markdown pages into FOLDER, for mkdocs.
 
-The pages of docs/ keep their names; those of studies/ go to studies/, and README.md, docs/CONTRIBUTING.md and
-CHANGELOG.md to repository/. A link to any other file of the repository leads to a page in repository/ that
-shows the file.
+The pages of docs/ keep their names; those of studies/ go to studies/, and README.md and CHANGELOG.md to
+repository/. A link to any other file of the repository leads to a page in repository/ that shows the file.
 """
 import os
 import pathlib
@@ -22,7 +21,7 @@ class Stage:
         docs = ROOT / "docs"
         self.places = {f: f.relative_to(docs) for f in docs.rglob("*") if f.is_file()}
         self.places |= {f: f.relative_to(ROOT) for f in (ROOT / "studies").glob("*.md")}
-        for name in ("README.md", "docs/CONTRIBUTING.md", "CHANGELOG.md"):
+        for name in ("README.md", "CHANGELOG.md"):
             self.places[ROOT / name] = pathlib.Path("repository", name)
         self.waiting = list(self.places)
 
