@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table study convergence honesty docs \
+.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table study convergence recordings-consistency docs \
   prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -75,8 +75,8 @@ study: build  ## 100 simulated runs of each inertial scene: fills studies/consis
 convergence: build  ## the error charts in batch estimation: fills studies/convergence.md
 	@python3 -m studies.convergence
 
-honesty: build  ## errors against sigmas on all recordings: out/honesty/table.md
-	@python3 -m studies.honesty $(ARGS)
+recordings-consistency: build  ## errors against sigmas on all recordings: out/recordings-consistency/table.md
+	@python3 -m studies.recordings_consistency $(ARGS)
 
 docs:     ## the documentation site: out/docs/index.html
 	@tools/deps docs

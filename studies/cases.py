@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/cases.py [--before PROGRAM] [--part PART] [--jobs N] [--limit SECONDS] [NAME...]: inputs that people have,
+"""python3 -m studies.cases [--before PROGRAM] [--part PART] [--jobs N] [--limit SECONDS] [NAME...]: inputs that people have,
 before and after. It makes the inputs, runs `chasles run`, `chasles check` or `chasles evaluate` on them, and
 compares their outcome with what is right. There are two parts:
 

@@ -1,5 +1,5 @@
 """Runs `chasles run` and `chasles check` on one input, and compares the outcome with what is right. For
-studies/cases.py and its parts."""
+python3 -m studies.cases and its parts."""
 
 import json
 import os

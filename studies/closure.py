@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/closure.py [RUNS]: 100 simulated walks, twice around a block, in every error chart, with and without landmarks that
+"""python3 -m studies.closure [RUNS]: 100 simulated walks, twice around a block, in every error chart, with and without landmarks that
 return by their ids. Fills studies/recognition.md. A quarter of an hour. Needs NumPy."""
 
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/convergence.py [SEEDS [RUNS]]: the tables of studies/convergence.md on the error charts in batch
+"""python3 -m studies.convergence [SEEDS [RUNS]]: the tables of studies/convergence.md on the error charts in batch
 estimation. It runs searches from SEEDS (default 10) perturbed initial estimates of each size on four
 recordings. It also runs RUNS (default 100) runs of two short scenes with filter and batch; with 0
 that table is not changed. The script fills the page between its markers, processor time included.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/crossvalidate.py [--only SETTING] [--page]: are the defaults of stereo-velocity runs right for
+"""python3 -m studies.crossvalidate [--only SETTING] [--page]: are the defaults of stereo-velocity runs right for
 drives that did not choose them? For each setting it runs the filter with several values on all KITTI
 tracks. The other drives choose the value for each drive, and the table has the change against the
 default on the drives left out (studies/noise.md, "Cross-validation"). It writes out/crossvalidate/table.md.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/drift.py: errors of filter and batch on the KITTI tracks, by time span. An ATE mixes a
+"""python3 -m studies.drift: errors of filter and batch on the KITTI tracks, by time span. An ATE mixes a
 heading error with errors in metres. This script prints the errors of the motion over fixed time
 spans, batch against filter, over all recordings, for studies/batch.md. Recordings of the same drive
 count as one in the mean and its error. Needs numpy (`make dev-deps`)."""

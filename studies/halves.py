@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/halves.py [DRAWS [FLIGHTS]]: batch against filter on each recording, averaged over the choice
+"""python3 -m studies.halves [DRAWS [FLIGHTS]]: batch against filter on each recording, averaged over the choice
 of tracked points. Both get the same random half of the tracks, DRAWS times (16; flights 6), each time
 with other tracks. A pair is a block of the recording; its errors are those of the motion over it,
 averaged over the draws. All draws share truth, velocities and scene, so a draw is not a pair. The

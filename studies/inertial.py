@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/inertial.py [TABLE...]: makes the tables of docs/inertial-results.md (april, flights, walks;
+"""python3 -m studies.inertial [TABLE...]: makes the tables of docs/inertial-results.md (april, flights, walks;
 default: all) and fills them in between their markers. It takes half an hour of processor time on two
 cores, most of it for the ten runs of each walk."""
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/loops.py [loops] [held-out]: runs with and without recognition, on rendered walks that see places again, on a block of
+"""python3 -m studies.loops [loops] [held-out]: runs with and without recognition, on rendered walks that see places again, on a block of
 corridors that all look alike, and on real recordings. Without an argument both. Fills studies/recognition.md and, with
 Chromium, takes the picture docs/images/loop.png. The recordings are rendered to out/loops, once: half an hour, 5 GB.
 Needs NumPy."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/paired.py: tests on every scene and recording whether the batch's error is below the filter's,
+"""python3 -m studies.paired: tests on every scene and recording whether the batch's error is below the filter's,
 and with what confidence. It fills the table of studies/batch.md between its markers. In a simulated scene
 a pair is a run, and its error is the ATE. In a recording a pair is a block, and its error is that of
 the motion over the block. p comes from random signs of the differences, with Holm's correction for the

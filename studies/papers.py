@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/papers.py du | kleinert-stilla: the experiments of a founding paper. It draws the paper's
+"""python3 -m studies.papers du | kleinert-stilla: the experiments of a founding paper. It draws the paper's
 figures and prints its tables on one page, out/papers/NAME/page.html. It fills docs/papers.md and
 studies/papers.md between their markers and draws the pictures. Needs numpy and matplotlib
 (tools/deps papers); `du` also the recordings, `kleinert-stilla` an hour of processor time."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/relocalisation.py [starts] [conditions] [flights] [others] [merging]: runs that begin at random places of a map which
+"""python3 -m studies.relocalisation [starts] [conditions] [flights] [others] [merging]: runs that begin at random places of a map which
 another run saved, in rendered corridors and on real flights, and runs in maps of other places, and merges maps; without
 an argument all of them. Fills studies/recognition.md. The recordings are rendered to out/loops, once: half an hour. Needs NumPy."""
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/study.py [RUNS]: the Monte Carlo study of studies/consistency.md. It runs the scenes hallway
+"""python3 -m studies.study [RUNS]: the Monte Carlo study of studies/consistency.md. It runs the scenes hallway
 and turntable, 100 times (or RUNS) each. The filters are Kleinert & Stilla's, the default in every
 chart, and one with early landmark initialisation (studies/configs/early.yaml), all on the same noise. It
 fills the page between its markers. out/study keeps the studies, and an interrupted one resumes."""

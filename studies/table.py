@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/table.py [NAME...]: runs `chasles run` on all recordings of CHASLES_DATA (../shared/data)
+"""python3 -m studies.table [NAME...]: runs `chasles run` on all recordings of CHASLES_DATA (../shared/data)
 in every variant of the tables. It fills docs/results.md (between its markers) and writes studies/results.md.
 With names (substrings of "ece276a_2020/0027") it runs only those recordings, and only prints.
 out/table/results.json keeps the unrounded figures."""

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/truth.py: estimates the error of the truth of the KITTI recordings. One estimate integrates only
+"""python3 -m studies.truth: estimates the error of the truth of the KITTI recordings. One estimate integrates only
 the velocities, with the attitude of the truth. The other uses only the stereo tracks: a batch with
 very large velocity noise. Their errors are independent of each other. Their differences from the truth
 have the error of the truth in common, so the mean product of the differences is its mean square. The

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""studies/walk.py: Kleinert & Stilla's figure 4 with a truth. It renders the whole walk through a
+"""python3 -m studies.walk: Kleinert & Stilla's figure 4 with a truth. It renders the whole walk through a
 building, 319 m, for one camera and an IMU, with Chasles's sensors and with the paper's.
 
 Chasles's sensors: it estimates the walk from the pixels in each error chart with the paper's

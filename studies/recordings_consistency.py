@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""studies/honesty.py [--quick] [--only PATTERN] [--set KEY=VALUE]... [--recording NAME=PATH]...: are the
+"""python3 -m studies.recordings_consistency [--quick] [--only PATTERN] [--set KEY=VALUE]... [--recording NAME=PATH]...: are the
 covariances consistent with the errors? It runs the filter, window:20 and batch with default settings on all
 development recordings, real and rendered, and compares errors and sigmas (docs/recordings-consistency.md).
-It writes out/honesty/table.md, and the figures of each run to out/honesty/runs.
+It writes out/recordings-consistency/table.md, and the figures of each run to out/recordings-consistency/runs.
 
 An interrupted call resumes: a run counts as done if program, recording and options are the same.
 A rendered recording is kept until the sources of the renderer change, or for want of room.
@@ -35,7 +35,7 @@ ESTIMATORS = ("filter", "window:20", "batch")
 WORKERS = 2
 SECONDS_EACH = 600  # of a run
 SECONDS_TO_END = 3  # of a run, after an interrupt
-RENDERED_BYTES = 4e9  # kept in out/honesty/recordings at most
+RENDERED_BYTES = 4e9  # kept in out/recordings-consistency/recordings at most
 RENDERING_BYTES = 0.7e9  # of the largest recording
 AXES = ("rx", "ry", "rz", "x", "y", "z")
 FLIGHTS = ("MH_01_easy", "MH_03_medium", "V1_01_easy", "V1_02_medium", "V2_01_easy")
@@ -333,13 +333,13 @@ def stop(*_):
 
 
 def arguments():
-    parser = argparse.ArgumentParser(prog="studies/honesty.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="python3 -m studies.recordings_consistency", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", default="", metavar="PATTERN")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--recording", action="append", default=[], metavar="NAME=PATH")
     parser.add_argument("--page", action="store_true")
-    parser.add_argument("-o", "--output", type=pathlib.Path, default=ROOT / "out/honesty", metavar="DIR")
+    parser.add_argument("-o", "--output", type=pathlib.Path, default=ROOT / "out/recordings-consistency", metavar="DIR")
     return parser.parse_args()
 
 
@@ -348,21 +348,21 @@ def recordings_of(o):
     for own in o.recording:
         name, equals, path = own.partition("=")
         if not equals or not pathlib.Path(path).exists():
-            sys.exit(f"studies/honesty.py: --recording: found '{own}', expected NAME=PATH of a recording")
+            sys.exit(f"studies/recordings_consistency.py: --recording: found '{own}', expected NAME=PATH of a recording")
         found.append(Recording(name, pathlib.Path(path).resolve()))
     try:
         chosen = [r for r in found if re.search(o.only, r.name, re.IGNORECASE)]
     except re.error as error:
-        sys.exit(f"studies/honesty.py: --only: '{o.only}' is no regular expression: {error}")
+        sys.exit(f"studies/recordings_consistency.py: --only: '{o.only}' is no regular expression: {error}")
     if not chosen:
-        sys.exit(f"studies/honesty.py: no recording matches '{o.only}'; there are {', '.join(r.name for r in found)}")
+        sys.exit(f"studies/recordings_consistency.py: no recording matches '{o.only}'; there are {', '.join(r.name for r in found)}")
     return chosen
 
 
 def main():
     o = arguments()
     if not CHASLES.exists():
-        sys.exit(f"studies/honesty.py: there is no {CHASLES}: run `make build`, or set CHASLES_BINARY")
+        sys.exit(f"studies/recordings_consistency.py: there is no {CHASLES}: run `make build`, or set CHASLES_BINARY")
     recordings = recordings_of(o)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
@@ -370,12 +370,12 @@ def main():
     try:
         plan.run()
     except KeyboardInterrupt:
-        sys.exit("studies/honesty.py: interrupted; the same command resumes")
+        sys.exit("studies/recordings_consistency.py: interrupted; the same command resumes")
     settings = "".join(f", `{s}`" for s in o.set) or ", default settings"
     page = f"Commit {commit()}, program {plan.store.program[:12]}{settings}.\n\n{table(plan)}\n\n{goals(plan)}\n"
     (o.output / "table.md").write_text(page)
     if o.page:
-        fill(ROOT / "studies/recordings-consistency.md", "honesty", page.strip())
+        fill(ROOT / "studies/recordings-consistency.md", "recordings-consistency", page.strip())
     print(f"{page}\n{plan.done} of {len(plan.rows)} runs made now, the others before: {o.output / 'table.md'}")
 
 

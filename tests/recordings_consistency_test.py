@@ -1,4 +1,4 @@
-"""studies/honesty.py on a small simulated recording: a row with figures, a run that fails, and a second
+"""studies/recordings_consistency.py on a small simulated recording: a row with figures, a run that fails, and a second
 call that makes no run again. Its bands are compared with tables of chi-square."""
 
 import importlib
@@ -11,8 +11,8 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 
-def honesty(folder, *more):
-    command = [sys.executable, "-m", "studies.honesty", "--quick", "--only", "^turn", "--recording", f"turntable={folder}/rec", "-o", folder / "out", *more]
+def study(folder, *more):
+    command = [sys.executable, "-m", "studies.recordings_consistency", "--quick", "--only", "^turn", "--recording", f"turntable={folder}/rec", "-o", folder / "out", *more]
     return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
 
 
@@ -24,7 +24,7 @@ def row_of(folder):
 
 
 def test_figures(folder):
-    done = honesty(folder)
+    done = study(folder)
     assert done.returncode == 0, done.stderr
     assert "1 of 1 runs made now" in done.stdout, done.stdout
     cells, text = row_of(folder)
@@ -38,13 +38,13 @@ def test_figures(folder):
 
 def test_resumes(folder):
     before = row_of(folder)[0]
-    done = honesty(folder)
+    done = study(folder)
     assert "0 of 1 runs made now" in done.stdout, done.stdout
     assert row_of(folder)[0] == before
 
 
 def test_failure_is_a_row(folder):
-    done = honesty(folder, "--set", "gate=7")
+    done = study(folder, "--set", "gate=7")
     assert done.returncode == 0, done.stderr
     cells, text = row_of(folder)
     assert cells[2] == "-" and "exit code 1" in cells[-1] and "gate: found '7'" in cells[-1], cells
@@ -54,13 +54,13 @@ def test_failure_is_a_row(folder):
 def test_errors(folder):
     for more, message in ((["--only", "no such"], "no recording matches"), (["--only", "("], "no regular expression"),
                           (["--recording", "x"], "expected NAME=PATH")):
-        done = honesty(folder, *more)
+        done = study(folder, *more)
         assert done.returncode == 1 and message in done.stderr, done.stderr
 
 
 def test_bands():
     sys.path.insert(0, str(ROOT))
-    module = importlib.import_module("studies.honesty")
+    module = importlib.import_module("studies.recordings_consistency")
     # 2.5 % and 97.5 % quantiles of chi-square with 30 and 100 degrees of freedom, from tables.
     for dof, count, low, high in ((3, 10, 16.791, 46.979), (1, 100, 74.222, 129.561)):
         band = module.mean_band(dof, count)
