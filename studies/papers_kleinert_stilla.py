@@ -9,8 +9,8 @@ import sys
 
 import numpy as np
 
-from pages import fill
-from papers_page import CHASLES, DOCS, PNG, ROOT, STUDY, page, plt, svg, table
+from studies.pages import fill
+from studies.papers_page import CHASLES, DOCS, PNG, ROOT, STUDY, page, plt, svg, table
 
 OUT = ROOT / "out/papers/kleinert-stilla"
 WALK = ROOT / "out/walk"
