@@ -17,7 +17,7 @@ import sys
 import typing
 
 from studies.cases_run import (CHASLES, DATA, OF_RUN_AND_CHECK, OUT, SHARED, Code, call, check, lines, loaded, message,
-                               not_right, outcome_table, run, run_cells, without_paths, words_of)
+                               not_right, outcome_table, run, run_cells, tum_line, without_paths, words_of)
 from studies.pages import fill
 from studies.program import ROOT, Json, chasles, sets
 
@@ -235,9 +235,7 @@ def truth_of(case: Case, source: pathlib.Path, to: pathlib.Path) -> pathlib.Path
     with open(to, "w", encoding="utf-8") as file:
         for line in make().read(f"{source}/mav0/state_groundtruth_estimate0/data.csv").splitlines()[1:]:
             stamp, *v = line.split(",")[:8]
-            ns = case.stamp(source, int(stamp))
-            seconds = f"{'-' if ns < 0 else ''}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}"
-            file.write(f"{seconds} {' '.join(v[:3] + v[4:7] + v[3:4])}\n")
+            file.write(tum_line(case.stamp(source, int(stamp)), v))
     return to
 
 

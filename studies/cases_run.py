@@ -9,11 +9,11 @@ import subprocess
 import time
 import typing
 
-from studies import program as this
+import studies.program
 from studies.pages import number, table
 from studies.program import ROOT, Argument, Json
 
-CHASLES, DATA = this.CHASLES.resolve(), this.DATA.resolve()
+CHASLES, DATA = studies.program.CHASLES.resolve(), studies.program.DATA.resolve()
 SHARED = pathlib.Path(os.environ.get("CHASLES_CASES", ROOT / "../shared/cases")).resolve()
 OUT = ROOT / "out/cases"
 NEAR = 1.5  # times the error of the intact recording
@@ -99,6 +99,12 @@ def check(program: pathlib.Path, made: pathlib.Path, limit: float) -> Json:
             "remarks": [without_paths(line, *paths) for line in report.get("remarks", [])], "facts": facts}
 
 
+def tum_line(ns: int, pose: list[str]) -> str:
+    """A line of TUM of EuRoC's order x, y, z, qw, qx, qy, qz."""
+    seconds = f"{'-' if ns < 0 else ''}{abs(ns) // 10**9}.{abs(ns) % 10**9:09d}"
+    return f"{seconds} {' '.join(pose[:3] + pose[4:7] + pose[3:4])}\n"
+
+
 # --- what is right -----------------------------------------------------------------------------------------
 
 def near(outcome: Json, intact: Json | None, factor: float = NEAR) -> str:
@@ -165,11 +171,11 @@ def run_cells(case: typing.Any, outcome: Json) -> list[str]:
     return [message(outcome["exit"], words_of(outcome, case.says)), ate, frames]
 
 
+OF_RUN_AND_CHECK = ("{}: `run`", "ATE mm", "frames", "`check`", "right?")
+
+
 def outcome_table(first: typing.Sequence[str], of_each: typing.Sequence[str], order: typing.Iterable[str],
                   rows: typing.Iterable[typing.Iterable[str]]) -> str:
     """`first`: names of the first columns; `of_each`: those of each program's columns, "{}" for the program."""
     heading = [*first, *(name.format(which) for which in order for name in of_each)]
     return table(heading, rows, ["---"] * len(heading))
-
-
-OF_RUN_AND_CHECK = ("{}: `run`", "ATE mm", "frames", "`check`", "right?")

@@ -19,7 +19,7 @@ import typing
 from studies import reports_rules as rules
 from studies.cases_recordings import Outcomes, Programs
 from studies.cases_run import (DATA, OF_RUN_AND_CHECK, OUT, SHARED, call, check, lines, loaded, message, not_right,
-                               outcome_table, run, run_cells, without_paths, words_of)
+                               outcome_table, run, run_cells, tum_line, without_paths, words_of)
 from studies.pages import fill, number, table
 from studies.program import ROOT, Json
 from studies.reports_rules import Rule, TruthRule
@@ -84,8 +84,7 @@ def truth_text(moved: typing.Callable[[int, int], int]) -> str:
     poses: dict[int, list[str]] = {}
     for ns, v in truth_rows():
         poses.setdefault(moved(ns, START), v)
-    return "".join(f"{ns // 10**9}.{ns % 10**9:09d} {' '.join(v[:3] + v[4:7] + v[3:4])}\n"
-                   for ns, v in sorted(poses.items()))
+    return "".join(tum_line(ns, pose) for ns, pose in sorted(poses.items()))
 
 
 # --- the cache ---------------------------------------------------------------------------------------------
