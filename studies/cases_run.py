@@ -26,7 +26,7 @@ Code = int | str  # of an exit, or "limit"
 
 def call(program: pathlib.Path, arguments: typing.Iterable[Argument], limit: float) -> tuple[Code, str, str, float]:
     """(exit code or "limit", standard output, standard error, seconds)"""
-    began = time.monotonic()
+    started = time.monotonic()
     try:
         done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, errors="replace",
                               timeout=limit, stdin=subprocess.DEVNULL)
@@ -35,7 +35,7 @@ def call(program: pathlib.Path, arguments: typing.Iterable[Argument], limit: flo
     except subprocess.TimeoutExpired as late:
         code = "limit"
         out, err = ((text or b"").decode(errors="replace") for text in (late.stdout, late.stderr))
-    return code, out, err, round(time.monotonic() - began, 1)
+    return code, out, err, round(time.monotonic() - started, 1)
 
 
 def loaded(text: str) -> Json:
@@ -129,15 +129,15 @@ def not_right(case: typing.Any, outcome: Json, checked: Json | None, intact: Jso
     far = near(outcome, intact, getattr(case, "factor", NEAR))
     wrong: str = {
         "any": "", "near": far, "error": "" if outcome["exit"] in (1, 2, 3) and outcome["errors"] else "no error",
-        "near or told": far if not said else ""
+        "near or reported": far if not said else ""
     }[case.end]
-    if not wrong and case.says and case.end != "near or told" and not said:
+    if not wrong and case.says and case.end != "near or reported" and not said:
         wrong = "`run` does not report it"
     if not wrong and outcome["changed"]:
         wrong = "the recording was changed"
     if not wrong and case.finds and checked:
-        told = checked["errors"] + checked["findings"] + checked["remarks"] + checked["facts"]
-        found = any(re.search(case.finds.removeprefix("!"), named(line)) for line in told)
+        reported = checked["errors"] + checked["findings"] + checked["remarks"] + checked["facts"]
+        found = any(re.search(case.finds.removeprefix("!"), named(line)) for line in reported)
         missed = "`check` does not find it" if not found else "`check` complains"
         wrong = missed if found == case.finds.startswith("!") else ""
     return wrong

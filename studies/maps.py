@@ -21,14 +21,14 @@ class SavedMap:
             self.skip(self.take("<I") + 16)
             self.skip(CAMERA * self.take("<I"))
         p, D = [], []
-        self.descriptors: list[bytes] = []
+        self.appearances: list[bytes] = []
         for _ in range(self.take("<I")):
             p.append(self.take("<3d"))
             self.skip(8)
             xx, yx, yy, zx, zy, zz = self.take("<6f")
             D.append([[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]])
             views = self.take("<B")
-            self.descriptors.append(self.data[self.at + 4:self.at + VIEW])
+            self.appearances.append(self.data[self.at + 4:self.at + VIEW])
             self.skip(VIEW * views)
         self.p, self.D = numpy.array(p), numpy.array(D)
         r = self.take("<I")

@@ -219,12 +219,12 @@ def others_part(pool: concurrent.futures.Executor) -> None:
 
 
 def true_landmarks(name: str) -> dict[bytes, Array]:
-    """Of each landmark of the walk's map, by its descriptor: the true point."""
+    """Of each landmark of the walk's map, by its appearance: the true point."""
     run, file = save_map(name, OUT / name, "--keep-images", 1)
     block, saved = Block(run, {}), SavedMap(file)
     rows = numpy.loadtxt(run / "landmarks.csv", delimiter=",", skiprows=1)
     ids = [int(rows[numpy.argmin(numpy.linalg.norm(rows[:, 1:4] - p, axis=1)), 0]) for p in saved.p]
-    return {descriptor: block.point(number) for descriptor, number in zip(saved.descriptors, ids)}
+    return {appearance: block.point(number) for appearance, number in zip(saved.appearances, ids)}
 
 
 def merged(name: str, *files: pathlib.Path) -> tuple[pathlib.Path, Json]:
@@ -263,7 +263,7 @@ def merging_part(pool: concurrent.futures.Executor) -> None:
         matches = " and ".join(str(joined["matches"]) for joined in both["joined"]) if both else ""
         nis = " and ".join(f"{joined['nis_per_dof']:.2f}" for joined in both["joined"]) if both else ""
         frame, P = Truth(run, by_first_pose=True), saved.covariances()
-        e = saved.p - numpy.array([true[descriptor] for descriptor in saved.descriptors]) @ frame.R.T - frame.p
+        e = saved.p - numpy.array([true[appearance] for appearance in saved.appearances]) @ frame.R.T - frame.p
         nees = numpy.einsum("ni,ni->n", e, numpy.linalg.solve(P, e[..., None])[..., 0])
         sigma = numpy.sqrt(numpy.trace(P, axis1=1, axis2=2))
         rows.append([name, f"{len(saved.p)}", f"{size / len(saved.p):.0f}", matches, nis,
