@@ -89,7 +89,7 @@ prose:    ## checks the prose of all pages: sentences, lines, the passive, the g
 format:   ## clang-format over all sources
 	@tools/format
 
-lint:     ## clang-tidy over all sources, or over FILES="..."
+lint:     ## clang-tidy over all sources, or over FILES="..."; mypy over studies/
 	@tools/lint $(FILES)
 
 coverage: deps  ## which lines the tests reach: build/coverage/coverage.html

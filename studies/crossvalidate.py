@@ -9,22 +9,24 @@ The nine STARS drives are there twice more, with the noise and biases of the 202
 velocities. out/crossvalidate/runs keeps the runs, whatever the program and its defaults: remove it
 after a change. The script needs numpy, scipy and half an hour of processor time."""
 
-import argparse
 import concurrent.futures
-import json
 import math
 import pathlib
-import subprocess
+import typing
 import warnings
 
 import numpy as np
 import scipy.io
 
-from studies.pages import fill
-from studies.trajectories import CHASLES, DATA, DRIVE, ROOT, drives, run_folder
+from studies.arrays import Array
+from studies.kitti import DRIVE, drives, short_name
+from studies.pages import fill, table
+from studies.program import ROOT, Arguments, Json, chasles, parser, read_json, sets
+from studies.trajectories import run_folder
 
 OUT = ROOT / "out/crossvalidate"
 PAGE = ROOT / "studies/noise.md"
+MARKERS = {PAGE: ("crossvalidation",)}
 SECONDS_EACH = 120  # of a run
 SEEDS = (1, 2)  # of the noise
 NOISE = {"v_vk_vk_i": 0.5, "w_vk_vk_i": 0.05}  # of a sample [m/s, rad/s], as in the 2020 sets
@@ -58,10 +60,10 @@ CANDIDATES = {
 }
 
 
-def noisy(recording, folder):
+def noisy(recording: pathlib.Path, folder: pathlib.Path) -> typing.Iterator[pathlib.Path]:
     """Copies of a STARS file with noise in its velocities."""
     for seed in SEEDS:
-        path = folder / f"{recording.stem.replace('_sync_KLT', '')}, noise {seed}.mat"
+        path = folder / f"{short_name(recording.stem)}, noise {seed}.mat"
         if not path.exists():
             content = {k: v for k, v in scipy.io.loadmat(recording).items() if not k.startswith("__")}
             random = np.random.default_rng([seed, int("".join(filter(str.isdigit, recording.stem)))])
@@ -72,90 +74,95 @@ def noisy(recording, folder):
         yield path
 
 
-def recordings():
+def recordings() -> dict[str, tuple[str, bool, Arguments]]:
     """Name: drive, whether the velocities are noisy, arguments of `run`."""
     folder = OUT / "recordings"
     folder.mkdir(parents=True, exist_ok=True)
-    found = {name: (DRIVE.get(name, name.split("/")[1]), "2020" in name, arguments) for name, arguments in drives() if "dataset3" not in name}
+    found = {name: (DRIVE.get(name, name.split("/")[1]), "2020" in name, arguments)
+             for name, arguments in drives() if "dataset3" not in name}
     for name, (drive, _, arguments) in list(found.items()):
         if name.startswith("stars/"):
-            found.update({path.stem: (drive, True, [path]) for path in noisy(arguments[0], folder)})
+            found.update({path.stem: (drive, True, [path]) for path in noisy(pathlib.Path(str(arguments[0])), folder)})
     return found
 
 
-def options(setting, value):
+def options(setting: str, value: str) -> list[str]:
     """None for the default, which is ""."""
     pairs = zip(setting.split(", "), value.split(", ")) if value else []
-    return [argument for pair in pairs for argument in ("--set", "=".join(pair))]
+    return sets(*map("=".join, pairs))
 
 
-def summary(name, arguments, setting, value):
+def summary(name: str, arguments: Arguments, setting: str, value: str) -> Json:
     folder = run_folder(OUT / "runs", name, f"{setting}={value}" if value else "default")
     if not (folder / "summary.json").exists():
-        command = [CHASLES, "run", *arguments, *options(setting, value), "--quiet", "--threads", "1", "-o", folder]
-        subprocess.run([str(a) for a in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=SECONDS_EACH)
-    return json.loads((folder / "summary.json").read_text())
+        chasles("run", *arguments, *options(setting, value), "--quiet", "--threads", 1, "-o", folder, accepted=None,
+                silent=True, timeout=SECONDS_EACH)
+    return read_json(folder / "summary.json")
 
 
-def ratios(of, default):
+def ratios(of: Json, default: Json) -> list[float]:
     """Logarithms of the figures against the default, and that of the pose NEES."""
     pairs = [(of.get(f), default.get(f)) for f in FIGURES]
-    return [math.log(a / b) if a and b else math.nan for a, b in pairs] + [math.log(of["nees_pose"] / default["nees_pose"])]
+    nees = math.log(of["nees_pose"] / default["nees_pose"])
+    return [*(math.log(a / b) if a and b else math.nan for a, b in pairs), nees]
 
 
 class Study:
-    def __init__(self, found, runs):
+    def __init__(self, found: dict[str, tuple[str, bool, Arguments]], runs: dict[tuple[str, str, str], Json]) -> None:
         self.found, self.runs = found, runs
         self.drives = sorted({drive for drive, _, _ in found.values()})
 
-    def change(self, setting, value, drive, kinds=(False, True)):
+    def change(self, setting: str, value: str, drive: str, kinds: tuple[bool, ...] = (False, True)) -> Array:
         """Mean of a drive's recordings: every figure, NEES."""
         rows = [ratios(self.runs[name, setting, value], self.runs[name, "", ""])
                 for name, (of, kind, _) in self.found.items() if of == drive and kind in kinds]
-        return np.nanmean(rows, axis=0) if rows else None
+        return np.nanmean(rows, axis=0)
 
-    def best(self, setting, among):
-        def score(value):
-            return np.mean([np.nanmean(self.change(setting, value, drive)[:-1]) if value else 0 for drive in among])
+    def best(self, setting: str, among: list[str]) -> str:
+        def score(value: str) -> float:
+            changes = [float(np.nanmean(self.change(setting, value, drive)[:-1])) if value else 0 for drive in among]
+            return float(np.mean(changes))
         return min(["", *CANDIDATES[setting]], key=score)
 
-    def row(self, setting):
+    def row(self, setting: str) -> list[str]:
         chosen = {drive: self.best(setting, [d for d in self.drives if d != drive]) for drive in self.drives}
         of_all = self.best(setting, self.drives)
-        cells = [setting, ", ".join(f"`{v}`" for v in CANDIDATES[setting]), f"`{of_all}`" if of_all else "default", f"{sum(v == of_all for v in chosen.values())} of {len(chosen)}"]
+        cells = [setting, ", ".join(f"`{v}`" for v in CANDIDATES[setting]), f"`{of_all}`" if of_all else "default",
+                 f"{sum(v == of_all for v in chosen.values())} of {len(chosen)}"]
         for kind in (False, True):
-            found = [self.change(setting, chosen[d], d, (kind,)) if chosen[d] else np.zeros(len(FIGURES) + 1) for d in self.drives
-                     if any(of == d and k == kind for of, k, _ in self.found.values())]
+            found = [self.change(setting, chosen[d], d, (kind,)) if chosen[d] else np.zeros(len(FIGURES) + 1)
+                     for d in self.drives if any(of == d and k == kind for of, k, _ in self.found.values())]
             cells += [self.cell(column) for column in np.transpose(found)]
         return cells
 
     @staticmethod
-    def cell(values):
+    def cell(values: Array) -> str:
         values = values[np.isfinite(values)]
         if not np.any(values):
             return "0"
         return f"{np.mean(values):+.2f} ± {np.std(values, ddof=1) / math.sqrt(len(values)):.2f}".replace("-", "−")
 
 
-def main():
+def main() -> None:
     warnings.filterwarnings("ignore", "Mean of empty slice")  # a figure that no recording of a drive has
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--page", action="store_true")
-    parser.add_argument("--only", default="", help="a setting")
-    arguments = parser.parse_args()
+    known = parser(__doc__)
+    known.add_argument("--page", action="store_true")
+    known.add_argument("--only", default="", metavar="SETTING")
+    arguments = known.parse_args()
     found = recordings()
     wanted = [s for s in CANDIDATES if arguments.only in s]
     jobs = [(name, "", "") for name in found] + [(name, s, v) for s in wanted for v in CANDIDATES[s] for name in found]
     with concurrent.futures.ThreadPoolExecutor(2) as workers:
         runs = dict(zip(jobs, workers.map(lambda job: summary(job[0], found[job[0]][2], job[1], job[2]), jobs)))
     study = Study(found, runs)
-    figures = "ATE | attitude | 100 m | NEES"
-    lines = [f"| setting | values besides the default | chosen by all | chosen by the others | recorded velocities: {figures} | noisy velocities: {figures} |", "|" + " --- |" * 12]
-    lines += ["| " + " | ".join(study.row(s)) + " |" for s in wanted]
-    (OUT / "table.md").write_text("\n".join(lines) + "\n")
-    print("\n".join(lines))
+    figures = ("attitude", "100 m", "NEES")
+    header = ["setting", "values besides the default", "chosen by all", "chosen by the others",
+              "recorded velocities: ATE", *figures, "noisy velocities: ATE", *figures]
+    text = table(header, map(study.row, wanted), ["---"] * len(header))
+    (OUT / "table.md").write_text(text + "\n")
+    print(text)
     if arguments.page:
-        fill(PAGE, "crossvalidation", "\n".join(lines))
+        fill(PAGE, "crossvalidation", text)
 
 
 if __name__ == "__main__":

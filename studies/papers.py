@@ -5,9 +5,17 @@ studies/papers.md between their markers and draws the pictures. Needs numpy and 
 (tools/deps papers); `du` also the recordings, `kleinert-stilla` an hour of processor time."""
 
 import importlib
-import sys
+
+from studies.program import parser
 
 PAPERS = {"du": "papers_du", "kleinert-stilla": "papers_kleinert_stilla"}
-if len(sys.argv) != 2 or sys.argv[1] not in PAPERS:
-    sys.exit(f"studies/papers.py: found {sys.argv[1:]}, expected one of {', '.join(PAPERS)}")
-importlib.import_module(f"studies.{PAPERS[sys.argv[1]]}").main()
+
+
+def main() -> None:
+    arguments = parser(__doc__)
+    arguments.add_argument("paper", choices=PAPERS)
+    importlib.import_module(f"studies.{PAPERS[arguments.parse_args().paper]}").main()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,25 +1,23 @@
 """The experiments of Du's report on his three recordings, with his parameters (studies/configs/du-*.yaml):
 see studies/papers.py."""
 
-import json
-import os
-import pathlib
-import subprocess
-import sys
+import typing
 
+import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.pages import fill
-from studies.papers_page import CHASLES, DOCS, PNG, ROOT, number, page, plt, svg, table
+from studies.arrays import table_of, tum
+from studies.kitti import EXTRINSICS_REPAIRED, KITTI, REPAIRED, STALE_CUT, truth_of
+from studies.pages import fill, number, table
+from studies.papers_page import DOCS, PNG, page, svg
+from studies.program import CONFIGS, LOST, ROOT, Json, chasles, read_json, sets
 
-DATA = pathlib.Path(os.environ.get("CHASLES_DATA", ROOT / "../shared/data")) / "kitti_tracks"
+MARKERS = {DOCS: ("du-results", "du-causes", "du-mapping")}
 OUT = ROOT / "out/papers/du"
 PICTURE = ROOT / "docs/images/du-figure-10.png"
 TESTS = ("20", "27", "42")
-REPAIRED = ["--set", "reader.stale_pixels=cut", "--set", "reader.extrinsics=auto"]
-STALE_CUT, EXTRINSICS_REPAIRED = REPAIRED[:2], REPAIRED[2:]
 # The run's name: configuration, further options.
-RUNS = {
+RUNS: dict[str, tuple[str, list[str]]] = {
     "task1": ("du-task1", []),
     "task2-v10": ("du-task2-v10", []),
     "task2-v1000": ("du-task2-v1000", []),
@@ -28,7 +26,7 @@ RUNS = {
     "set1-repaired": ("du-set1", REPAIRED),
     "set2-repaired": ("du-set2", REPAIRED),
     "set2-stale-cut": ("du-set2", STALE_CUT),
-    "set2-gated": ("du-set2", ["--set", "gate=0.999", "--set", "loose_gate=0.999"]),
+    "set2-gated": ("du-set2", sets("gate=0.999", "loose_gate=0.999")),
     "set2-extrinsics-repaired": ("du-set2", EXTRINSICS_REPAIRED),
 }
 # His figures: number, run, test, title.
@@ -42,31 +40,24 @@ PARAMETERS = [("V", "10⁵ I", "10³ I"), ("Σ_w", "10⁻⁶ I", "10⁻⁶ I"), 
               ("initial Σ_robot_LM, Σ_LM_robot", "0", "0"), ("initial Σ_LM", "10⁻² I", "10⁻² I")]
 
 
-def run(name, test):
+def run(name: str, test: str) -> Json:
     """The figures of a run, which it makes unless its folder is there."""
     config, options = RUNS[name]
     folder = OUT / f"{name}-{test}"
     if not (folder / "summary.json").exists():
-        done = subprocess.run([CHASLES, "run", DATA / f"ece276a_2018/00{test}.npz", "--truth",
-                               DATA / f"ground_truth/00{test}_gt_imu_stars.tum", "--config",
-                               ROOT / f"studies/configs/{config}.yaml", *options, "--quiet", "-o", folder],
-                              stdout=subprocess.DEVNULL)
-        if done.returncode not in (0, 4):  # 4: the estimate was lost, which is a result here
-            sys.exit(f"studies/papers.py: {name} on test {test} ended with {done.returncode}")
-    return json.loads((folder / "summary.json").read_text())
+        recording = f"ece276a_2018/00{test}"
+        chasles("run", KITTI / f"{recording}.npz", *truth_of(recording), "--config", CONFIGS / f"{config}.yaml",
+                *options, "--quiet", "-o", folder, accepted=(0, LOST))
+    return read_json(folder / "summary.json")
 
 
-def path(file):
-    return np.loadtxt(file, ndmin=2)[:, 1:4]
-
-
-def draw(axes, name, test, title):
+def draw(axes: typing.Any, name: str, test: str, title: str) -> None:
     """A plan view: the estimate, the truth, and with task 2 the landmarks before and after."""
     folder = OUT / f"{name}-{test}"
     run(name, test)
-    estimate, truth = path(folder / "trajectory.tum"), path(folder / "truth.tum")
+    estimate, truth = (tum(folder / file)[:, 1:4] for file in ("trajectory.tum", "truth.tum"))
     if name.startswith("task2"):
-        marks = np.genfromtxt(folder / "landmarks.csv", delimiter=",", names=True)
+        marks = table_of(folder / "landmarks.csv")
         axes.plot([marks["initial_x"], marks["x"]], [marks["initial_y"], marks["y"]], color="0.6", linewidth=0.5)
         axes.plot(marks["initial_x"], marks["initial_y"], ".", color="tab:blue", markersize=4, label="initial")
         axes.plot(marks["x"], marks["y"], ".", color="gold", markersize=3, label="after the update")
@@ -86,41 +77,41 @@ def draw(axes, name, test, title):
     axes.legend(fontsize=7)
 
 
-def results():
+def results() -> str:
     rows = []
     for name, label in (("task1", "task 1: prediction alone"), ("set1", "set 1, as he had it"),
                         ("set2", "set 2, as he had it"), ("set1-repaired", "set 1, repaired data"),
                         ("set2-repaired", "set 2, repaired data")):
         figures = [run(name, test) for test in TESTS]
-        rows.append([label, *[number(f, "ate_m", 1) for f in figures],
-                     *[number(f, "nis_per_dof", 2) for f in figures], *[f["health"] for f in figures]])
+        rows.append([label, *[number(f.get("ate_m"), 1) for f in figures],
+                     *[number(f.get("nis_per_dof"), 2) for f in figures], *[f["health"] for f in figures]])
     return table(["run", *[f"ATE {t} [m]" for t in TESTS], *[f"NIS/dof {t}" for t in TESTS],
                   *[f"health {t}" for t in TESTS]], rows)
 
 
-def causes():
+def causes() -> str:
     rows = []
     for name, label in (("set2", "as recorded"), ("set2-stale-cut", "stale pixels cut"),
                         ("set2-extrinsics-repaired", "extrinsics repaired"), ("set2-repaired", "both"),
                         ("set2-gated", "as recorded, with a gate of 99.9 %")):
-        rows.append([label, *[number(run(name, test), "ate_m", 1) for test in TESTS]])
+        rows.append([label, *[number(run(name, test).get("ate_m"), 1) for test in TESTS]])
     return table(["data", *[f"ATE {t} [m]" for t in TESTS]], rows)
 
 
-def mapping():
+def mapping() -> str:
     rows = []
     for test in TESTS:
         row = [test]
         for name in ("task2-v10", "task2-v1000"):
             run(name, test)
-            marks = np.genfromtxt(OUT / f"{name}-{test}" / "landmarks.csv", delimiter=",", names=True)
+            marks = table_of(OUT / f"{name}-{test}" / "landmarks.csv")
             moved = np.sqrt(sum((marks[a] - marks[f"initial_{a}"]) ** 2 for a in "xyz"))
             row += [f"{np.median(moved):.2f}", f"{np.percentile(moved, 95):.2f}"]
         rows.append(row)
     return table(["test", "V = 10 I: median [m]", "95 % [m]", "V = 1000 I: median [m]", "95 % [m]"], rows)
 
 
-def main():
+def main() -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     for file in OUT.glob("*/*"):  # of another program or configuration
         file.unlink()
@@ -133,10 +124,11 @@ def main():
     fill(DOCS, "du-results", results())
     fill(DOCS, "du-causes", causes())
     fill(DOCS, "du-mapping", mapping())
-    (OUT / "page.html").write_text(page("Du: “Visual-inertial SLAM using EKF”", """His three recordings as they
-are, his equations with their misprints corrected, his parameters (studies/configs/du-*.yaml). docs/papers.md explains the
-results.""", [("Tables 1 and 2", parameters), ("Results", results()), ("Set 2 with repaired data", causes()),
-              ("Distance that the mapping update moves a landmark", mapping()), ("Figures 1 to 12", figures)]))
+    introduction = ("His three recordings as they are, his equations with their misprints corrected, his parameters "
+                    "(studies/configs/du-*.yaml). docs/papers.md explains the results.")
+    (OUT / "page.html").write_text(page("Du: “Visual-inertial SLAM using EKF”", introduction, [
+        ("Tables 1 and 2", parameters), ("Results", results()), ("Set 2 with repaired data", causes()),
+        ("Distance that the mapping update moves a landmark", mapping()), ("Figures 1 to 12", figures)]))
     figure, axes = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
     draw(axes[0], "set2", "20", "Test 20, set 2, as he had it")
     draw(axes[1], "set2-stale-cut", "20", "The same without stale pixels")

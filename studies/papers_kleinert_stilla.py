@@ -4,17 +4,26 @@ studies/walk.py, which runs first unless out/walk has its runs."""
 
 import csv
 import json
+import pathlib
 import subprocess
 import sys
+import typing
 
+import matplotlib.pyplot as plt
 import numpy as np
 
-from studies.pages import fill
-from studies.papers_page import CHASLES, DOCS, PNG, ROOT, STUDY, page, plt, svg, table
+from studies.arrays import Array, table_of, tum
+from studies.pages import fill, table
+from studies.papers_page import DOCS, PNG, STUDY, page, svg
+from studies.program import CONFIGS, LOST, ROOT, Arguments, Json, chasles, scene_sets, sets
 
 OUT = ROOT / "out/papers/kleinert-stilla"
 WALK = ROOT / "out/walk"
 PICTURES = ROOT / "docs/images"
+MARKERS = {
+    DOCS: ("ks-hallway", "ks-turntable"),
+    STUDY: ("ks-gyroscope", "ks-options", "ks-hallway-variants", "ks-turntable-variants")
+}
 RUNS, RUNS_OF_VARIANTS = 100, 50
 # Their order of the rows, and their colours (figure 2).
 CHARTS = {"left-se3": "Left-invariant", "right-se3": "Right-invariant", "standard": "Standard"}
@@ -29,30 +38,25 @@ PUBLISHED = {
 TITLES = {"hallway": "Table I: hallway", "turntable": "Table II: cube"}
 KEYS = ("nees_position", "nees_attitude", "position_error_m", "attitude_error_deg")
 DIGITS = (2, 2, 4, 4)
-STANDARD = ["--charts", "standard", "--landmarks", "cartesian", "--init", "fixed-depth", "--set", "nav_attitude=true", "--set", "gate=1"]
-
-
-def scene_sets(*assignments):
-    return [part for one in assignments for part in ("--scene-set", one)]
-
-
-def sets(*assignments):
-    return [part for one in assignments for part in ("--set", one)]
+STANDARD = ["--charts", "standard", "--landmarks", "cartesian", "--init", "fixed-depth",
+            *sets("nav_attitude=true", "gate=1")]
 
 
 KNOWN_VELOCITY = sets("initial_velocity_sigma=0.001")
 KNOWN_BIASES = [*scene_sets("accelerometer_bias_sigma=0", "gyroscope_bias_sigma=0"),
                 *sets("initial_accelerometer_bias_sigma=1e-4", "initial_gyroscope_bias_sigma=1e-5")]
 # The paper's filter as it is printed where this one differs.
-OPTIONS = {
+OPTIONS: dict[str, list[str]] = {
     "as here": [],
     "numeric Jacobians": sets("numeric_jacobians=true"),
     "I + Fτ, (14) and (15)": sets("first_order_transition=true"),
     "instant accelerations, incremental rotations": scene_sets("imu_convention=instant-force"),
-    "all three": [*sets("numeric_jacobians=true", "first_order_transition=true"), *scene_sets("imu_convention=instant-force")],
+    "all three": [
+        *sets("numeric_jacobians=true", "first_order_transition=true"), *scene_sets("imu_convention=instant-force")
+    ],
 }
 # What the paper does not say of its scenes and its start, one change at a time, then together.
-VARIANTS = {
+VARIANTS: dict[str, dict[str, list[str]]] = {
     "hallway": {
         "as here": [],
         "known initial velocity": KNOWN_VELOCITY,
@@ -85,45 +89,47 @@ VARIANTS = {
     },
 }
 DEFAULT = "white-noise"
+View = typing.Callable[[Array, Array, Array], tuple[Array, Array]]
 READINGS = {"white noise (default)": DEFAULT, "bias random walk": "random-walk"}
 
 
-def folder_name(*parts):
+def folder_name(*parts: str) -> str:
     return "-".join("".join(c if c.isalnum() else "-" for c in part).strip("-") for part in parts)
 
 
-def study(name, scene, options=(), runs=RUNS, filters=("--preset", "paper")):
+def study(name: str, scene: str, options: Arguments = (), runs: int = RUNS,
+          filters: Arguments = ("--preset", "paper")) -> dict[str, Json]:
     """The figures of the filters by chart."""
     OUT.mkdir(parents=True, exist_ok=True)
-    command = [CHASLES, "montecarlo", scene, "--runs", str(runs), *filters, *options, "--json", "--quiet", "--resume", "-o", OUT / name]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    if done.returncode not in (0, 4):  # 4: all runs diverged, which is a result here
-        raise SystemExit(f"studies/papers.py: {name} ended with {done.returncode}")
+    done = chasles("montecarlo", scene, "--runs", runs, *filters, *options, "--json", "--quiet", "--resume", "-o",
+                   OUT / name, accepted=(0, LOST))
     return {f["chart"]: f for f in json.loads(done.stdout)["filters"]}
 
 
-def cells(figures):
+def cells(figures: Json) -> list[str]:
     return ["-" if figures[key] is None else f"{figures[key]:.{digits}f}" for key, digits in zip(KEYS, DIGITS)]
 
 
-def medians_and_means(figures):
+def medians_and_means(figures: Json) -> list[str]:
     return [f"{median} ({mean})" for median, mean in zip(cells(figures["median"]), cells(figures))]
 
 
-def published_table(scene, figures):
+def published_table(scene: str, figures: dict[str, Json]) -> str:
     rows = []
     for chart, name in CHARTS.items():
         paper = [f"{value:.{digits}f}" for value, digits in zip(PUBLISHED[scene][chart], DIGITS)]
         rows.append([name, "paper", *paper])
         rows.append([name, "here, mean", *cells(figures[chart])])
         rows.append([name, "here, median", *cells(figures[chart]["median"])])
-    return table(["error", "", "avg. NEES position", "avg. NEES attitude", "avg. error position [m]", "avg. error attitude [°]"], rows)
+    return table([
+        "error", "", "avg. NEES position", "avg. NEES attitude", "avg. error position [m]", "avg. error attitude [°]"
+    ], rows)
 
 
 FOUR = ["NEES position", "NEES attitude", "position [m]", "attitude [°]"]
 
 
-def variants(scene):
+def variants(scene: str) -> str:
     rows = [["paper", *[f"{value:.{digits}f}" for value, digits in zip(PUBLISHED[scene]["standard"], DIGITS)], ""]]
     for label, options in VARIANTS[scene].items():
         figures = study(folder_name(scene, "variant", label), scene, options, RUNS_OF_VARIANTS, STANDARD)["standard"]
@@ -131,7 +137,7 @@ def variants(scene):
     return table(["`standard`", *FOUR, "diverged"], rows)
 
 
-def options_table():
+def options_table() -> str:
     rows = []
     for scene in TITLES:
         for label, options in OPTIONS.items():
@@ -140,12 +146,12 @@ def options_table():
     return table(["scene", "filter and IMU", "chart", *FOUR], rows)
 
 
-def reading(scene, name):
+def reading(scene: str, name: str) -> dict[str, Json]:
     """The study of a scene with one reading of the gyroscope's figure."""
-    return study(folder_name(scene, name), scene, ["--scene-config", ROOT / f"studies/configs/scene-gyroscope-{name}.yaml"])
+    return study(folder_name(scene, name), scene, ["--scene-config", CONFIGS / f"scene-gyroscope-{name}.yaml"])
 
 
-def readings():
+def readings() -> str:
     rows = []
     for scene in TITLES:
         for label, name in READINGS.items():
@@ -153,9 +159,9 @@ def readings():
     return table(["scene", "0.0056 °/(s √s) read as", "chart", *FOUR], rows)
 
 
-def curves(name):
+def curves(name: str) -> dict[str, dict[str, list[float]]]:
     """The columns of a study's curves.csv by filter."""
-    found = {}
+    found: dict[str, dict[str, list[float]]] = {}
     with (OUT / name / "curves.csv").open() as file:
         for row in csv.DictReader(file):
             for key, value in row.items():
@@ -164,7 +170,8 @@ def curves(name):
     return found
 
 
-def over_time(figure, name, columns, title, bound=None):
+def over_time(figure: typing.Any, name: str, columns: list[tuple[str, str]], title: str,
+              bound: float | None = None) -> None:
     """Attitude on top, position below, as in (b) and (c) of their figures 2 and 3."""
     axes = figure.subplots(2, 1, sharex=True)
     of = curves(name)
@@ -185,37 +192,39 @@ ERRORS = [("attitude_error_deg", "attitude error [°]"), ("position_error_m", "p
 NEES = [("nees_attitude", "NEES attitude"), ("nees_position", "NEES position")]
 
 
-def points(file):
-    return np.genfromtxt(file, delimiter=",", names=True)
-
-
-def one_run(scene):
+def one_run(scene: str) -> pathlib.Path:
     """A folder with one run of the paper's filters."""
     folder = OUT / f"{scene}-one-run"
-    subprocess.run([CHASLES, "compare", scene, "--preset", "paper", "--quiet", "-o", folder], check=True, stdout=subprocess.DEVNULL)
+    chasles("compare", scene, "--preset", "paper", "--quiet", "-o", folder)
     return folder
 
 
-def slanted(x, y, z, azimuth=np.radians(30), elevation=np.radians(30)):
+def slanted(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """An orthographic view from above and aside."""
+    azimuth = elevation = np.radians(30)
     right = np.cos(azimuth) * x + np.sin(azimuth) * y
     away = -np.sin(azimuth) * x + np.cos(azimuth) * y
     return right, np.sin(elevation) * away + np.cos(elevation) * z
 
 
-def flat(x, y, z):
+def flat(x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     return x, y
 
 
-def run_view(axes, folder, title, view):
+def run_view(axes: typing.Any, folder: pathlib.Path, title: str, view: View) -> None:
     """(a) of figures 2 and 3 in their colours: one run of the standard filter."""
-    path = lambda file: np.loadtxt(folder / file, ndmin=2)[:, 1:4].T
-    marks = lambda file: [points(folder / file)[axis] for axis in "xyz"]
+    def path(file: str) -> Array:
+        return tum(folder / file)[:, 1:4].T
+
+    def marks(file: str) -> list[Array]:
+        return [table_of(folder / file)[axis] for axis in "xyz"]
+
     axes.plot(*view(*marks("landmarks_truth.csv")), ".", color="orange", markersize=4, label="reference landmarks")
-    axes.plot(*view(*marks("paper-standard_landmarks.csv")), ".", color="deepskyblue", markersize=3, label="estimated landmarks")
+    axes.plot(*view(*marks("paper-standard_landmarks.csv")), ".", color="deepskyblue", markersize=3,
+              label="estimated landmarks")
     axes.plot(*view(*path("truth.tum")), color="red", linewidth=1.6, label="reference trajectory")
     axes.plot(*view(*path("paper-standard.tum")), color="green", linewidth=1, label="estimated trajectory")
-    shown = np.column_stack([view(*path("truth.tum")), view(*marks("landmarks_truth.csv"))])
+    shown: Array = np.column_stack([view(*path("truth.tum")), view(*marks("landmarks_truth.csv"))])
     low, high = shown.min(axis=1), shown.max(axis=1)
     room = 0.05 * (high - low).max()
     axes.set_xlim(low[0] - room, high[0] + room)
@@ -227,26 +236,29 @@ def run_view(axes, folder, title, view):
     axes.set_ylabel("y [m]" if view is flat else "[m], up in the view")
 
 
-def plan_lines(file):
-    lines = {}
+def plan_lines(file: pathlib.Path) -> dict[tuple[str, str], list[tuple[float, float]]]:
+    lines: dict[tuple[str, str], list[tuple[float, float]]] = {}
     with file.open() as rows:
         for row in csv.DictReader(rows):
             lines.setdefault((row["line"], row["kind"]), []).append((float(row["x"]), float(row["y"])))
     return lines
 
 
-def figure_4():
+def figure_4() -> typing.Any:
     """The trajectories over the floor plan: left-invariant, right-invariant, standard; beside them those
     of Chasles from the same images."""
     figure, axes = plt.subplots(3, 2, figsize=(13, 10.5), layout="constrained")
+
     # The building is longer along y: it lies on its side.
-    lying = lambda points: np.array([points[:, 1], -points[:, 0]])
+    def lying(points: Array) -> Array:
+        return np.array([points[:, 1], -points[:, 0]])
+
     for row, (chart, name) in zip(axes, CHARTS.items()):
         for axis, prefix, title in zip(row, ("ks-", "here-"), ("Figure 4: their filter", "the filter of Chasles")):
             folder = WALK / f"{prefix}{chart}"
             for (_, kind), line in plan_lines(folder / "plan.csv").items():
                 axis.plot(*lying(np.array(line)), color="0.45" if kind == "wall" else "0.75", linewidth=0.8)
-            path = lying(np.loadtxt(folder / "trajectory.tum", ndmin=2)[:, 1:3])
+            path = lying(tum(folder / "trajectory.tum")[:, 1:3])
             axis.plot(*path, color=COLOURS[chart], linewidth=1)
             axis.plot(*path[:, 0], "x", color="blue", markersize=8)
             axis.plot(*path[:, -1], "D", color="blue", markersize=5)
@@ -257,9 +269,9 @@ def figure_4():
     return figure
 
 
-def figure_of(scene, number, view):
+def figure_of(scene: str, number: int, view: View) -> typing.Any:
     """(a), (b), (c) of figure 2 or 3, side by side."""
-    figure = plt.figure(figsize=(13, 4.4), layout="constrained")
+    figure: typing.Any = plt.figure(figsize=(13, 4.4), layout="constrained")
     a, b, c = figure.subfigures(1, 3)
     title = f"Figure {number}: {'hallway' if scene == 'hallway' else 'cube'}"
     run_view(a.subplots(), one_run(scene), f"{title} (a), one run", view)
@@ -268,9 +280,9 @@ def figure_of(scene, number, view):
     return figure
 
 
-def main():
+def main() -> None:
     tables = {scene: published_table(scene, reading(scene, DEFAULT)) for scene in TITLES}
-    parts = []
+    parts: list[tuple[str, str | list[str]]] = []
     for (scene, title), (number, view) in zip(TITLES.items(), ((2, flat), (3, slanted))):
         fill(DOCS, f"ks-{scene}", tables[scene])
         figure = figure_of(scene, number, view)
@@ -287,7 +299,8 @@ def main():
                               ("turntable-variants", "Variants of the cube", variants("turntable"))):
         fill(STUDY, f"ks-{name}", text)
         parts.append((title, text))
-    (OUT / "page.html").write_text(page("Kleinert and Stilla: “On Sensor Pose Parameterization for Inertial Aided Visual SLAM”",
-        "Their filters (<code>--preset paper</code>) in scenes after theirs. Medians of the runs, means in parentheses, where two numbers stand. "
-        "docs/papers.md explains the results.", parts))
+    title = "Kleinert and Stilla: “On Sensor Pose Parameterization for Inertial Aided Visual SLAM”"
+    introduction = ("Their filters (<code>--preset paper</code>) in scenes after theirs. Medians of the runs, means in "
+                    "parentheses, where two numbers stand. docs/papers.md explains the results.")
+    (OUT / "page.html").write_text(page(title, introduction, parts))
     print(OUT / "page.html")

@@ -2,46 +2,38 @@
 
 import html
 import io
-import os
-import pathlib
+import typing
 
 import matplotlib
 matplotlib.use("svg")
 import matplotlib.pyplot as plt
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
+from studies.program import ROOT, Json
+
 DOCS, STUDY = ROOT / "docs/papers.md", ROOT / "studies/papers.md"
-PNG = {"dpi": 110, "metadata": {"Software": None}}  # of savefig
+PNG: Json = {"dpi": 110, "metadata": {"Software": None}}  # of savefig
 # A constant salt: the same figure is the same text.
 plt.rcParams.update({"svg.hashsalt": "chasles", "font.size": 8})
 
 
-def svg(figure):
+def svg(figure: typing.Any) -> str:
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
     plt.close(figure)
     return text.getvalue()[text.getvalue().index("<svg"):]
 
 
-def number(figures, name, digits):
-    value = figures.get(name)
-    return "-" if value is None else f"{value:.{digits}f}"
-
-
-def table(head, rows):
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
-
-
-def as_html(markdown):
+def as_html(markdown: str) -> str:
     lines = [[html.escape(cell.strip()) for cell in line.strip("|").split("|")] for line in markdown.splitlines()]
     head, *rows = [lines[0], *lines[2:]]
-    cells = lambda tag, row: "".join(f"<{tag}>{cell}</{tag}>" for cell in row)
+
+    def cells(tag: str, row: list[str]) -> str:
+        return "".join(f"<{tag}>{cell}</{tag}>" for cell in row)
+
     return f"<table><tr>{cells('th', head)}</tr>" + "".join(f"<tr>{cells('td', row)}</tr>" for row in rows) + "</table>"
 
 
-def page(title, introduction, parts):
+def page(title: str, introduction: str, parts: list[tuple[str, str | list[str]]]) -> str:
     """`parts`: headings, each with a table in Markdown or a list of SVG figures."""
     body = ""
     for heading, part in parts:

@@ -29,26 +29,26 @@ class Rule:
     at: str = ""
     like: str = "intact"
     factor: float = 1.5
-    moved: typing.Callable = lambda ns, start: ns
+    moved: typing.Callable[[int, int], int] = lambda ns, start: ns
     healthy: bool = True
     lines: int = 1000
-    arguments: tuple = ()
+    arguments: tuple[str, ...] = ()
 
 
-def read(name, right="read", says="", **more):
+def read(name: str, right: str = "read", says: str = "", **more: typing.Any) -> Rule:
     return Rule(name, right, "near", says, **more)
 
 
-def reported(name, right, says, **more):
+def reported(name: str, right: str, says: str, **more: typing.Any) -> Rule:
     """Rejected, and the message says it; `check` says it too."""
     return Rule(name, right, "error", says, more.pop("finds", says), **more)
 
 
-def either(name, right, says, **more):
+def either(name: str, right: str, says: str, **more: typing.Any) -> Rule:
     return Rule(name, right, "near or reported", says, **more)
 
 
-def shown(name, right, says="", **more):
+def shown(name: str, right: str, says: str = "", **more: typing.Any) -> Rule:
     return Rule(name, right, "any", says, **more)
 
 
@@ -70,9 +70,11 @@ FILES = [
     reported("rec.svo", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
     reported("MH_01_easy.zip", "the error asks to unpack it", "(?i)unpack|unzip|extract"),
     reported("dataset-room1_512_16.tar", "the error asks to unpack it", "(?i)unpack|tar -x|extract"),
-    reported("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag", r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
+    reported("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag",
+         r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
     reported("old.bag", "the error asks for `rosbag fix`", "rosbag fix"),
-    reported("active.bag.active", "read as a bag: the error reports what is missing", "(?i)not closed|reindex|first message|camchain"),
+    reported("active.bag.active", "read as a bag: the error reports what is missing",
+         "(?i)not closed|reindex|first message|camchain"),
     reported("empty.mcap", "the error calls it empty", "(?i)empty|0 bytes"),
     reported("empty.db3", "the error calls it empty", "(?i)empty|0 bytes"),
     reported("lfs.mcap", "the error calls it a pointer of Git LFS", "LFS"),
@@ -101,7 +103,8 @@ FOLDERS = [
     either("imu_mars_name", "read, or a message that asks to rename gyro_accel.csv", "(?i)rename"),
     either("imu_fused_ios", "read with gravity added, or a message that `g` is gravity", "(?i)gravity"),
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
-    read("sensor_logger", "read from two tables, with a remark", "(?i)interpolat|two tables|Gyroscope.csv|accelerometer"),
+    read("sensor_logger", "read from two tables, with a remark",
+         "(?i)interpolat|two tables|Gyroscope.csv|accelerometer"),
     read("two_tables", "read from two tables, with a remark", "(?i)interpolat"),
     reported("imu_excel", "rejected with the reason: times rounded by a spreadsheet", DIGITS),
     either("imu_excel15", "read: 10 µs do not matter", DIGITS),
@@ -129,10 +132,12 @@ FOLDERS = [
     read("openvins", "read", at="walk.mcap"),
     shown("openvins_imu_offset", "applied or rejected, and reported", "(?i)time_offset|late|offset", at="walk.mcap"),
     reported("openvins_tg_identity", "the error names Tg", r"\bTg\b", at="walk.mcap"),
-    shown("openvins_tg_small", "applied or rejected, and reported", r"\bTg\b|corrected by the IMU.s intrinsics", at="walk.mcap"),
+    shown("openvins_tg_small", "applied or rejected, and reported", r"\bTg\b|corrected by the IMU.s intrinsics",
+          at="walk.mcap"),
     read("openvins_named_others", "read", at="walk.mcap"),
     read("openvins_subfolder", "read", at="walk.mcap"),
-    reported("kalibr_results_txt", "the error names the calibration that is missing", "(?i)camchain|CameraInfo", at="walk.mcap"),
+    reported("kalibr_results_txt", "the error names the calibration that is missing", "(?i)camchain|CameraInfo",
+         at="walk.mcap"),
     read("kalibr_camera_only_timeshift", "read"),
 ]
 
@@ -143,14 +148,15 @@ SLOW = "(?i)too slow"
 SIM = 12_000_000_000  # case_sim_time begins then
 
 
-def jump(ns):
+def jump(ns: int) -> typing.Callable[[int, int], int]:
     """The truth of `jump` in make_messages_bag.py: times from 3 s on are moved."""
     return lambda t, start: t + (ns if t > start + 3_000_000_000 else 0)
 
 
 MESSAGES = [
     read("nan_covariance", "read"),
-    reported("orientation_only", "the error reports that there are no rates and accelerations", "(?i)orientation|attitude|all zero|only zeros"),
+    reported("orientation_only", "the error reports that there are no rates and accelerations",
+         "(?i)orientation|attitude|all zero|only zeros"),
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
     either("two_imus", "read, or asked to choose one", "(?i)topic"),
     read("imu_50hz", "read"),
@@ -198,15 +204,18 @@ ROS2 = [
     read("zstd_unpacked", "the plain file is read", at="walk"),
     read("zstd_unpacked_only", "read", at="walk"),
     read("zstd_message_mcap", "read", at="walk"),
-    either("zstd_message_db3_lone", "read, or a message that the messages are compressed", "(?i)zstd|compressed", at="walk"),
+    either("zstd_message_db3_lone", "read, or a message that the messages are compressed", "(?i)zstd|compressed",
+           at="walk"),
     read("reindexed", "read", at="walk"),
     read("no_message_index", "read", at="walk.mcap"),
     read("unchunked", "read", at="walk.mcap"),
     read("no_summary", "read", at="walk.mcap"),
     read("lz4", "read", at="walk.mcap"),
     read("truncated_in_summary", "read: no message is lost", at="walk.mcap"),
-    shown("truncated_midchunk", "read to the end that is there, with a remark", "(?i)truncated|incomplete|cut|end", at="walk.mcap"),
-    shown("truncated_unchunked", "read to the end that is there, with a remark", "(?i)truncated|incomplete|cut|end", at="walk.mcap"),
+    shown("truncated_midchunk", "read to the end that is there, with a remark", "(?i)truncated|incomplete|cut|end",
+          at="walk.mcap"),
+    shown("truncated_unchunked", "read to the end that is there, with a remark", "(?i)truncated|incomplete|cut|end",
+          at="walk.mcap"),
     read("log_time_rollover", "read", at="walk.mcap"),
     read("log_time_zero", "read", at="walk.mcap"),
     read("wal", "read", at="walk"),
@@ -239,8 +248,10 @@ REALSENSE = [
 
 # --- rectified images --------------------------------------------------------------------------------------
 
-RECTIFIED = [read(name, "read") for name in ("convention", "own_frames", "own_frames_p0", "own_raw_frames", "own_raw_frames_p0",
-                                             "zed_names", "own_frames_raw_and_rect", "realsense")]
+RECTIFIED = [
+    read(name, "read") for name in ("convention", "own_frames", "own_frames_p0", "own_raw_frames", "own_raw_frames_p0",
+                                    "zed_names", "own_frames_raw_and_rect", "realsense")
+]
 
 # --- CameraInfo and /tf_static -----------------------------------------------------------------------------
 
@@ -250,14 +261,16 @@ INFO = [
     read("radtan_name"),
     shown("empty_model", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     either("empty_model_with_d", "read, or the model named", "distortion model"),
-    reported("uncalibrated", "the error reports that the camera is not calibrated", "(?i)not calibrated|uncalibrated|calibrat"),
+    reported("uncalibrated", "the error reports that the camera is not calibrated",
+         "(?i)not calibrated|uncalibrated|calibrat"),
     shown("no_d", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     read("rational_padded"),
     read("rational_14_padded"),
     read("d12_plumb_bob"),
     either("rational_true", "read, or the model named", LENS),
     either("kannala", "read, or the model named", LENS),
-    shown("fisheye", "the lens is not a fisheye: health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
+    shown("fisheye", "the lens is not a fisheye: health and `check` blame the lens", finds="(?i)lens|distortion",
+          healthy=False),
     either("brown_conrady", "read, or the model named", "distortion model"),
     reported("no_tf", "the error asks for the transform", "(?i)tf_static|transform"),
     read("tf_not_static", "the constant /tf is read, with a remark", "/tf"),
@@ -284,7 +297,8 @@ SENSORS = [
     shown("rolling_15ms", "`check` does not call it an offset", finds="!stamped (late|early)"),
     read("projector", "as the intact piece", factor=3),
     read("projector_alternate", "as the intact piece", factor=3),
-    shown("lens_misnamed", "`check` blames the lens, and `run` is not healthy", finds="(?i)lens|distortion", healthy=False),
+    shown("lens_misnamed", "`check` blames the lens, and `run` is not healthy", finds="(?i)lens|distortion",
+          healthy=False),
     read("latency_95ms", "started with the offset that `check` measures, reported", r"(?i)late.*9[3-7]|9[3-7].*late",
          finds=r"9[3-7](\.\d)? ms", factor=3, moved=lambda t, start: t),
     shown("image_jitter", "`check` finds the jitter", finds="(?i)jitter|interval|late"),
@@ -312,10 +326,10 @@ class TruthRule:
 
 
 CLOCK = r"(?i)clock|\b(late|early)\b|time offset"
-POSITIONS = dict(end="same", attitude=False)
 TRUTHS = [
     TruthRule("relative_time.tum", "a message that no time is common", "reported", "(?i)overlap|span|0 poses"),
-    TruthRule("offset_37s.tum", "a message that no time is common, or that the clock is 37 s off", "reported", r"(?i)overlap|span|0 poses|\b37"),
+    TruthRule("offset_37s.tum", "a message that no time is common, or that the clock is 37 s off", "reported",
+              r"(?i)overlap|span|0 poses|\b37"),
     TruthRule("off20.tum", "a message that the truth's clock is 20 ms off", "reported", CLOCK),
     TruthRule("off50.tum", "a message that the truth's clock is 50 ms off", "reported", CLOCK),
     TruthRule("off100.tum", "a message that the truth's clock is 100 ms off", "reported", CLOCK),
@@ -323,20 +337,26 @@ TRUTHS = [
     TruthRule("unsorted.tum", "sorted, or a message", "same or reported", "(?i)order|sort|increas"),
     TruthRule("two_files_joined.tum", "read, or a message", "same or reported", "(?i)order|sort|increas|twice|repeat"),
     TruthRule("duplicates.tum", "read once, or a message", "same or reported", "(?i)order|twice|repeat|duplicate|increas"),
-    TruthRule("nan_rows.tum", "read without these rows, or a message", "same or reported", "(?i)finite|nan|not a number|lost"),
-    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or reported", "(?i)quaternion|attitude|lost", attitude=False),
+    TruthRule("nan_rows.tum", "read without these rows, or a message", "same or reported",
+              "(?i)finite|nan|not a number|lost"),
+    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or reported", "(?i)quaternion|attitude|lost",
+              attitude=False),
     TruthRule("positions.txt", "positions alone, reported", "same", "(?i)position|attitude", attitude=False),
     TruthRule("identity_quaternion.tum", "positions alone, reported", "same", "(?i)attitude|position", attitude=False),
-    TruthRule("wxyz.tum", "a message that w comes first", "reported", r"(?i)\bw\b|wxyz|real part|order of the quaternion|quaternion"),
+    TruthRule("wxyz.tum", "a message that w comes first", "reported",
+              r"(?i)\bw\b|wxyz|real part|order of the quaternion|quaternion"),
     TruthRule("kitti.txt", "a message that there are no times", "reported", "(?i)KITTI|time|column"),
-    TruthRule("euler_degrees.txt", "a message that angles are no quaternion", "reported", "(?i)column|quaternion|angle|euler"),
+    TruthRule("euler_degrees.txt", "a message that angles are no quaternion", "reported",
+              "(?i)column|quaternion|angle|euler"),
     TruthRule("millimetres.tum", "a message that the unit is millimetres", "reported", "(?i)millimet|scale|unit"),
     TruthRule("rounded.tum", "the same figures, or a message", "same or reported", "(?i)round|digits|decimal"),
-    TruthRule("sparse_1hz.tum", "figures at fewer times, or a message", "same or reported", "(?i)gap|sparse|interval|apart"),
+    TruthRule("sparse_1hz.tum", "figures at fewer times, or a message", "same or reported",
+              "(?i)gap|sparse|interval|apart"),
     TruthRule("of_cam0.tum", "a message that the poses are of the camera", "reported", "(?i)cam0|camera"),
     TruthRule("inverse.tum", "a message that the poses are inverse", "reported", "(?i)invers"),
     TruthRule("x_up.tum", "a message that another axis points up", "reported", r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
-    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or reported", "(?i)openvins|invers|quaternion|column|order"),
+    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or reported",
+              "(?i)openvins|invers|quaternion|column|order"),
     TruthRule("comma_decimal.csv", "read, or a message", "same or reported", "(?i)comma|;|semicolon"),
     TruthRule("truth.mcap", "read, or a message: the command that converts it", "same or reported", "PoseStamped|/gt"),
 ]
