@@ -1,4 +1,4 @@
-# A thin front: everything is done by CMake's presets and by scripts/.
+# A thin front: everything is done by CMake's presets and by tools/.
 JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
