@@ -223,7 +223,7 @@ def truth_wrong(rule: TruthRule, outcome: Json, plain: Json) -> str:
     return wrong or ("" if said or not rule.says else "not said")
 
 
-# --- assessing and the page ----------------------------------------------------------------------------------
+# --- assessing and the page --------------------------------------------------------------------------------
 
 def wrong_of(rule: Rule, outcome: Json, intact: Json | None) -> str:
     found = not_right(rule, outcome["run"], outcome["check"], intact)

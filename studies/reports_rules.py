@@ -71,10 +71,10 @@ FILES = [
     reported("MH_01_easy.zip", "the error asks to unpack it", "(?i)unpack|unzip|extract"),
     reported("dataset-room1_512_16.tar", "the error asks to unpack it", "(?i)unpack|tar -x|extract"),
     reported("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag",
-         r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
+             r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
     reported("old.bag", "the error asks for `rosbag fix`", "rosbag fix"),
     reported("active.bag.active", "read as a bag: the error reports what is missing",
-         "(?i)not closed|reindex|first message|camchain"),
+             "(?i)not closed|reindex|first message|camchain"),
     reported("empty.mcap", "the error calls it empty", "(?i)empty|0 bytes"),
     reported("empty.db3", "the error calls it empty", "(?i)empty|0 bytes"),
     reported("lfs.mcap", "the error calls it a pointer of Git LFS", "LFS"),
@@ -84,8 +84,10 @@ FILES = [
     reported("rec.h5", "the error names the kind, or what it was taken for", r"(?i)HDF5|\.mat file"),
     reported("rec.parquet", "the error names the kind, or calls it unknown", f"(?i)parquet|{UNKNOWN}"),
     reported("oak.rrd", "the error names the kind, or calls it unknown", f"(?i)rerun|rrd|{UNKNOWN}"),
-    reported("foxglove.mcap", "the error names the missing calibration, or the schema", "(?i)foxglove|protobuf|camchain"),
-    reported("json.mcap", "the error names the missing calibration, or the encoding", "(?i)encoding|serialised|camchain"),
+    reported("foxglove.mcap", "the error names the missing calibration, or the schema",
+             "(?i)foxglove|protobuf|camchain"),
+    reported("json.mcap", "the error names the missing calibration, or the encoding",
+             "(?i)encoding|serialised|camchain"),
 ]
 
 # --- folders and tables ------------------------------------------------------------------------------------
@@ -137,7 +139,7 @@ FOLDERS = [
     read("openvins_named_others", "read", at="walk.mcap"),
     read("openvins_subfolder", "read", at="walk.mcap"),
     reported("kalibr_results_txt", "the error names the calibration that is missing", "(?i)camchain|CameraInfo",
-         at="walk.mcap"),
+             at="walk.mcap"),
     read("kalibr_camera_only_timeshift", "read"),
 ]
 
@@ -156,7 +158,7 @@ def jump(ns: int) -> typing.Callable[[int, int], int]:
 MESSAGES = [
     read("nan_covariance", "read"),
     reported("orientation_only", "the error reports that there are no rates and accelerations",
-         "(?i)orientation|attitude|all zero|only zeros"),
+             "(?i)orientation|attitude|all zero|only zeros"),
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
     either("two_imus", "read, or asked to choose one", "(?i)topic"),
     read("imu_50hz", "read"),
@@ -262,7 +264,7 @@ INFO = [
     shown("empty_model", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     either("empty_model_with_d", "read, or the model named", "distortion model"),
     reported("uncalibrated", "the error reports that the camera is not calibrated",
-         "(?i)not calibrated|uncalibrated|calibrat"),
+             "(?i)not calibrated|uncalibrated|calibrat"),
     shown("no_d", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     read("rational_padded"),
     read("rational_14_padded"),
@@ -316,8 +318,8 @@ SENSORS = [
 @dataclasses.dataclass(frozen=True)
 class TruthRule:
     """`chasles evaluate RUN FILE`. same: exit 0 and the figures of the plain truth; reported: a message says it, with
-    figures or as an error; same or reported: either. attitude: False where the file has none, so that the figures of the
-    attitude and of the pose must be left out. says: also needed with "same"."""
+    figures or as an error; same or reported: either. attitude: False where the file has none, so that the figures of
+    the attitude and of the pose must be left out. says: also needed with "same"."""
     name: str
     right: str
     end: str = "same"
@@ -336,11 +338,12 @@ TRUTHS = [
     TruthRule("offset_0p2s.tum", "a message that the truth's clock is 200 ms off", "reported", CLOCK),
     TruthRule("unsorted.tum", "sorted, or a message", "same or reported", "(?i)order|sort|increas"),
     TruthRule("two_files_joined.tum", "read, or a message", "same or reported", "(?i)order|sort|increas|twice|repeat"),
-    TruthRule("duplicates.tum", "read once, or a message", "same or reported", "(?i)order|twice|repeat|duplicate|increas"),
+    TruthRule("duplicates.tum", "read once, or a message", "same or reported",
+              "(?i)order|twice|repeat|duplicate|increas"),
     TruthRule("nan_rows.tum", "read without these rows, or a message", "same or reported",
               "(?i)finite|nan|not a number|lost"),
-    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or reported", "(?i)quaternion|attitude|lost",
-              attitude=False),
+    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or reported",
+              "(?i)quaternion|attitude|lost", attitude=False),
     TruthRule("positions.txt", "positions alone, reported", "same", "(?i)position|attitude", attitude=False),
     TruthRule("identity_quaternion.tum", "positions alone, reported", "same", "(?i)attitude|position", attitude=False),
     TruthRule("wxyz.tum", "a message that w comes first", "reported",
@@ -354,7 +357,8 @@ TRUTHS = [
               "(?i)gap|sparse|interval|apart"),
     TruthRule("of_cam0.tum", "a message that the poses are of the camera", "reported", "(?i)cam0|camera"),
     TruthRule("inverse.tum", "a message that the poses are inverse", "reported", "(?i)invers"),
-    TruthRule("x_up.tum", "a message that another axis points up", "reported", r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
+    TruthRule("x_up.tum", "a message that another axis points up", "reported",
+              r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
     TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or reported",
               "(?i)openvins|invers|quaternion|column|order"),
     TruthRule("comma_decimal.csv", "read, or a message", "same or reported", "(?i)comma|;|semicolon"),
