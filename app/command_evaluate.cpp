@@ -6,21 +6,22 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/session/run_figures.hpp>
+#include <chasles/session/truth_mending.hpp>
+#include <chasles/session/truth_options.hpp>
+#include <chasles/session/truth_settling.hpp>
 
+#include "declare_truth.hpp"
 #include "print.hpp"
-#include "run_figures.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
-#include "truth_mending.hpp"
-#include "truth_options.hpp"
-#include "truth_settling.hpp"
 
 namespace chasles::app {
 namespace {

@@ -8,19 +8,19 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/loop/merge_maps.hpp>
-#include <chasles/base/median.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/session/map_output.hpp>
 #include <chasles/viewers/ply.hpp>
 
-#include "map_output.hpp"
 #include "options.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"

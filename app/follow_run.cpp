@@ -6,11 +6,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
-
-#include "run_folder.hpp"
+#include <chasles/codec/utf8.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/session/run_folder.hpp>
 
 namespace chasles::app {
 namespace {

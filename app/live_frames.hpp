@@ -7,10 +7,9 @@
 #include <vector>
 
 #include <chasles/camera/pixel_outcome.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/foxglove/service.hpp>
-
-#include "feature_trails.hpp"
+#include <chasles/recording/recording.hpp>
+#include <chasles/session/feature_trails.hpp>
 
 namespace chasles::app {
 

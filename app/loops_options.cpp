@@ -5,11 +5,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
-
-#include "settings_io.hpp"
+#include <chasles/session/settings_io.hpp>
 
 namespace chasles::app {
 namespace {
