@@ -95,7 +95,8 @@ class Study(Page):
 
     def page(self) -> str:
         """The HTML page of the study, as text."""
-        return laboratory().study_page(self.folder)
+        text: str = laboratory().study_page(self.folder)
+        return text
 
     def __repr__(self) -> str:
         return f"<chasles.Study of {self.summary['runs']} runs: {', '.join(self.figures)}>"
