@@ -7,9 +7,9 @@
 #include <chasles/base/error.hpp>
 #include <chasles/session/fault.hpp>
 #include <chasles/session/interrupt.hpp>
+#include <chasles/session/print_text.hpp>
 
 #include "bridge.hpp"
-#include "print.hpp"
 
 namespace {
 
@@ -37,7 +37,7 @@ int parse_and_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   chasles::report_file_limit();
-  chasles::app::log_to_stderr("chasles_dds", true);
+  chasles::log_to_stderr("chasles_dds", true);
   try {
     return parse_and_run(argc, argv);
   } catch (const std::exception& error) {
