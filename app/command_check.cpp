@@ -15,6 +15,7 @@
 #include <chasles/session/inertial_settings_io.hpp>
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/run_input.hpp>
+#include <chasles/session/truth_preparation.hpp>
 #include <chasles/session/truth_settling.hpp>
 
 #include "declare_truth.hpp"
@@ -47,13 +48,13 @@ Recording read_checked(const CheckOptions& o) {
       throw UsageError(
           "--truth-time-offset auto: the recording has no gyroscope, expected seconds");
     }
-    const SettledTruth settled = settle_truth(gyroscope_reference(recording),
-                                              {.attitudes = recording.truth_attitudes,
-                                               .point_imu = recording.truth_point_imu,
-                                               .estimate_offset = true,
-                                               .pairing = recording.pairing},
-                                              recording.truth);
-    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
+    const PreparedTruth prepared_truth = prepare_truth(gyroscope_reference(recording),
+                                                       {.attitudes = recording.truth_attitudes,
+                                                        .point_imu = recording.truth_point_imu,
+                                                        .estimate_offset = true,
+                                                        .pairing = recording.pairing},
+                                                       recording.truth);
+    for (const std::string& remark : prepared_truth.remarks) recording.remarks.push_back(remark);
   }
   return recording;
 }

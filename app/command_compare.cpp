@@ -184,7 +184,7 @@ int compare(const CompareOptions& o) {
   const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
   const std::vector<FilterVariant>& filters = material.filters;
   const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
-  if (!scene) refuse_output_into(o.output, o.scene.name);
+  if (!scene) reject_output_into(o.output, o.scene.name);
   if (!o.output.empty()) {
     const SignalsHeld held;
     end.emplace(prepare_output(o.output));

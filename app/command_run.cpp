@@ -120,7 +120,7 @@ int run_command(RunCommandOptions o) {
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN or --live");
   }
-  refuse_output_into(o.output, o.input.recording);
+  reject_output_into(o.output, o.input.recording);
   Recording recording = read_input(o.input);
   const RemarksOnError remarks(recording);
   const Interrupt interrupt(

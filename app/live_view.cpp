@@ -126,7 +126,7 @@ void LiveView::on_frame(const FeatureFrame& frame) {
 }
 
 void LiveView::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
-  if (frames_) frames_->judge(frame, outcomes);
+  if (frames_) frames_->note_outcomes(frame, outcomes);
 }
 
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,

@@ -47,7 +47,7 @@ class SharedImages : public ImageSource {
  private:
   template <typename Read>
   ImageFrame locked(const Read& read) const {
-    refuse_after_fork();
+    reject_after_fork();
     const UnfitForForks unfit;
     const std::scoped_lock lock(mutex_);
     return read();

@@ -45,7 +45,8 @@ void RobotLog::add(std::span<const Estimate> estimates) {
     }
     estimated_ += e.health == Health::kLost ? 0 : 1;
     zupt_frames_ += e.zero_velocity ? 1 : 0;
-    if (e.health == Health::kDegraded && e.doubt != Doubt::kNone) ++doubts_[e.doubt];
+    if (e.health == Health::kDegraded && e.degradation != Degradation::kNone)
+      ++degradations_[e.degradation];
     calibration_ = e.calibration;
     run_.states.push_back(run_state(e, sensors_.cameras));
   }
@@ -68,7 +69,7 @@ void RobotLog::write(const Estimator& estimator, const std::filesystem::path& fo
   result.coverage = {
       .estimated = std::min(frames_, estimated_), .frames = frames_, .before_start = before_start_};
   result.zupt_frames = zupt_frames_;
-  result.doubts = doubts_;
+  result.degradations = degradations_;
   result.calibration = calibration_;
   nlohmann::ordered_json summary =
       summary_json(result, settings_, inertial_sensors(sensors_), sensors_);

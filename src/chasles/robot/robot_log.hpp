@@ -34,7 +34,7 @@ class RobotLog {
   InertialRunSettings settings_;
   Run run_;
   ObservationSpans spans_;
-  std::map<Doubt, int> doubts_;
+  std::map<Degradation, int> degradations_;
   std::optional<Time> first_frame_, last_frame_;
   std::optional<double> start_seconds_, initialised_seconds_;
   std::size_t frames_ = 0, before_start_ = 0, estimated_ = 0;

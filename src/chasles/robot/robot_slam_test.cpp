@@ -325,7 +325,7 @@ TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
 }
 
 // The last run may be short: what the one before it had is not lost.
-TEST(RobotSlam, KeepsTheOutputsOfARunThatIsBegunAnew) {
+TEST(RobotSlam, KeepsTheOutputsOfARunThatIsStartedAnew) {
   const RobotSetup setup = setup_with_outputs("robot_slam_kept");
   const auto folder = setup.output.parent_path();
   Received received;
@@ -383,7 +383,7 @@ TEST(RobotSlam, ThrowsTheErrorOfTheProgramOnceAllIsWritten) {
   EXPECT_TRUE(std::filesystem::exists(setup.save_map));
 }
 
-// The estimator stands still: a report comes all the same, and no more than some images wait.
+// The estimator is blocked: a report comes all the same, and no more than some images wait.
 TEST(RobotSlam, AReportWaitsForNoEstimate) {
   std::mutex mutex;
   std::unique_lock stand_still(mutex);
@@ -404,7 +404,7 @@ TEST(RobotSlam, AReportWaitsForNoEstimate) {
   EXPECT_EQ(slam.report().images.taken, walk().images->size());
 }
 
-// A program forgets the old run in on_reset: no estimate of it may come afterwards.
+// A program discards the old run in on_reset: no estimate of it may come afterwards.
 TEST(RobotSlam, NoEstimateOfAnEndedRunComesAfterTheReset) {
   std::atomic<bool> was_reset = false, came_late = false;
   RobotSlam slam(setup_of(walk()), {.on_estimates =

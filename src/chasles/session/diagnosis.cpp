@@ -9,7 +9,7 @@
 #include <chasles/session/check_tracks.hpp>
 #include <chasles/session/check_trial.hpp>
 #include <chasles/session/diagnosis.hpp>
-#include <chasles/session/truth_settling.hpp>
+#include <chasles/session/truth_preparation.hpp>
 
 namespace chasles {
 namespace {

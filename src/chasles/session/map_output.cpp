@@ -22,7 +22,7 @@ fs::path map_target(const SessionOptions& o) {
 
 void check_map_output(const fs::path& name) {
   if (name.empty()) return;
-  refuse_pipe(name);
+  reject_pipe(name);
   std::error_code ignored;
   const fs::path file = fs::exists(name, ignored) ? name : followed(name);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";

@@ -91,7 +91,7 @@ OutputLock::~OutputLock() {
   if (descriptor_ >= 0 && (!listed_ || replace_lock(descriptor_ + 1, 0))) ::close(descriptor_);
 }
 
-void refuse_output_into(const fs::path& output, const fs::path& recording) {
+void reject_output_into(const fs::path& output, const fs::path& recording) {
   std::error_code ignored;
   if (output.empty() || !fs::exists(recording, ignored)) return;
   const bool is_folder = fs::is_directory(recording, ignored);

@@ -10,7 +10,7 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/run_input.hpp>
-#include <chasles/session/truth_settling.hpp>
+#include <chasles/session/truth_preparation.hpp>
 
 namespace chasles {
 namespace {

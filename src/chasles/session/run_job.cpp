@@ -19,7 +19,7 @@
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/run_job.hpp>
 #include <chasles/session/summary.hpp>
-#include <chasles/session/truth_settling.hpp>
+#include <chasles/session/truth_preparation.hpp>
 #include <chasles/session/velocity_settings_io.hpp>
 
 namespace chasles {
@@ -92,7 +92,7 @@ struct Prepared {
 
 // Examines the truth with the estimate, and applies what the options leave to that: an offset, a
 // point on the body, and the tilt of a world that is not level, with what else is in that world.
-void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
+void prepare_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
   Run& run = result.run;
   if (run.truth.empty() || run.states.empty()) return;
   TruthReference reference{.name = "the estimate",
@@ -103,25 +103,25 @@ void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRu
     if (!s.world_T_imu.R.allFinite() || !s.world_T_imu.p.allFinite()) continue;
     reference.poses.push_back({.time = s.time, .pose = s.world_T_imu});
   }
-  const TruthToSettle how{.attitudes = recording.truth_attitudes,
-                          .point_imu = recording.truth_point_imu,
-                          .estimate_offset = is_offset_auto(input.truth_options),
-                          .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
-                          .pairing = run.pairing};
-  const auto keep_remarks = [&](const SettledTruth& settled) {
-    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
-    for (const TruthFinding& f : settled.findings) recording.remarks.push_back(sentence(f));
+  const TruthToPrepare how{.attitudes = recording.truth_attitudes,
+                           .point_imu = recording.truth_point_imu,
+                           .estimate_offset = is_offset_auto(input.truth_options),
+                           .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
+                           .pairing = run.pairing};
+  const auto keep_remarks = [&](const PreparedTruth& prepared_truth) {
+    for (const std::string& remark : prepared_truth.remarks) recording.remarks.push_back(remark);
+    for (const TruthFinding& f : prepared_truth.findings) recording.remarks.push_back(sentence(f));
   };
   try {
-    const SettledTruth settled = settle_truth(reference, how, run.truth);
-    keep_remarks(settled);
-    result.truth_attitudes = settled.attitudes;
-    result.truth_findings = settled.findings;
-    if (!settled.tilt) return;
+    const PreparedTruth prepared_truth = prepare_truth(reference, how, run.truth);
+    keep_remarks(prepared_truth);
+    result.truth_attitudes = prepared_truth.attitudes;
+    result.truth_findings = prepared_truth.findings;
+    if (!prepared_truth.tilt) return;
     for (TrueLandmark& landmark : recording.true_landmarks) {
-      landmark.p_world = settled.tilt->level_R_truth * landmark.p_world;
+      landmark.p_world = prepared_truth.tilt->level_R_truth * landmark.p_world;
     }
-    result.truth_tilt_deg = settled.tilt->degrees;
+    result.truth_tilt_deg = prepared_truth.tilt->degrees;
   } catch (const InputError& error) {
     if (how.estimate_offset) {
       recording.remarks.push_back(fmt::format("not evaluated: {}", error.what()));
@@ -291,7 +291,7 @@ PlannedRun plan_run(const SessionOptions& o, Recording& recording) {
     prepared.options.truth_is_comparable =
         !is_offset_auto(o.input.truth_options) && recording.truth_attitudes;
     CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, observer)};
-    settle_truth_of_run(o.input, recording, run.result);
+    prepare_truth_of_run(o.input, recording, run.result);
     add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);
     run.summary = prepared.summary(run.result);
     if (!run.result.truth_findings.empty()) {

@@ -27,7 +27,7 @@ std::vector<double> stages(const StageSeconds& s) {
 struct Sums {
   double nees_state = 0, products = 0, squares = 0;
   int nees_count = 0;
-  std::map<Doubt, int> doubts;
+  std::map<Degradation, int> degradations;
 
   // Only a run that starts at the truth has the world of the truth.
   void add(const Estimate& e, const Recording& recording,
@@ -38,13 +38,14 @@ struct Sums {
       nees_state += nees;
       ++nees_count;
     }
-    if (e.health == Health::kDegraded && e.doubt != Doubt::kNone) ++doubts[e.doubt];
+    if (e.health == Health::kDegraded && e.degradation != Degradation::kNone)
+      ++degradations[e.degradation];
     products += e.innovation_products;
     squares += e.innovation_squares;
   }
 
   void report(RecordedRun& result) const {
-    result.doubts = doubts;
+    result.degradations = degradations;
     if (nees_count > 0) result.nees_state = nees_state / nees_count;
     if (squares > 0) result.innovation_correlation = products / squares;
   }
@@ -123,7 +124,7 @@ class Recorder : public RunObserver {
     observer_.on_frame(frame);
   }
   void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
-    keeper_.judge(frame, outcomes);
+    keeper_.note_outcomes(frame, outcomes);
     observer_.on_outcomes(frame, outcomes);
   }
 
