@@ -16,7 +16,6 @@
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/run_input.hpp>
 #include <chasles/session/truth_preparation.hpp>
-#include <chasles/session/truth_settling.hpp>
 
 #include "declare_truth.hpp"
 #include "print.hpp"

@@ -17,7 +17,6 @@
 #include <chasles/session/truth_mending.hpp>
 #include <chasles/session/truth_options.hpp>
 #include <chasles/session/truth_preparation.hpp>
-#include <chasles/session/truth_settling.hpp>
 
 #include "declare_truth.hpp"
 #include "print.hpp"

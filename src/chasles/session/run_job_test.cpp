@@ -22,7 +22,7 @@ const Recording& short_street() {
 struct CountingObserver : SessionObserver {
   void begin(const Run& header, const nlohmann::ordered_json& known,
              const Recording& recording) override {
-    ++begun;
+    ++starts;
     named = header.name == recording.name && known.contains("settings");
   }
   void on_frame(const FeatureFrame&) override { ++frames; }
@@ -32,7 +32,7 @@ struct CountingObserver : SessionObserver {
     states = run.states.size();
     if (done == 5) landmarks = map().landmarks.size();
   }
-  int begun = 0;
+  int starts = 0;
   bool named = false, grows = true;
   std::size_t frames = 0, states = 0, landmarks = 0;
 };
@@ -48,7 +48,7 @@ TEST(RunJob, ItsObserverFollowsEachFrame) {
   const SessionOptions options = quiet();
   CountingObserver observer;
   const CompletedRun run = plan_run(options, recording)([] { return false; }, observer);
-  EXPECT_EQ(observer.begun, 1);
+  EXPECT_EQ(observer.starts, 1);
   EXPECT_TRUE(observer.named);
   EXPECT_TRUE(observer.grows);
   EXPECT_EQ(observer.frames, frame_count(recording));

@@ -56,7 +56,7 @@ struct RecordedRun {
 };
 
 /// Runs the estimator over the recording until its end, or until `stop` returns true. Draws the
-/// progress bar, tells the observer and keeps images. Throws as run() of pipeline/run.hpp.
+/// progress bar, informs the observer and keeps images. Throws as run() of pipeline/run.hpp.
 RecordedRun run_recording(const Recording& recording, Estimator& estimator,
                           const RunRecordingOptions& options, const StopRequest& stop,
                           SessionObserver& observer);
