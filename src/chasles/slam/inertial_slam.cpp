@@ -11,7 +11,6 @@
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/start_covariance.hpp>
 
-
 namespace chasles {
 namespace {
 

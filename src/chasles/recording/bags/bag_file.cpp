@@ -5,10 +5,9 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
-#include <chasles/codec/foreign_files.hpp>
-#include <chasles/recording/foreign_kinds.hpp>
 
 namespace chasles {
 
