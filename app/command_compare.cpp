@@ -14,21 +14,21 @@
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/report/study.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/output_folder.hpp>
+#include <chasles/session/progress.hpp>
+#include <chasles/session/run_figures.hpp>
+#include <chasles/session/summary.hpp>
 
 #include "compare_material.hpp"
 #include "filter_options.hpp"
-#include "interrupt.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "loops_options.hpp"
 #include "options.hpp"
-#include "output_folder.hpp"
 #include "print.hpp"
-#include "progress.hpp"
-#include "run_figures.hpp"
 #include "scene_options.hpp"
 #include "subcommands.hpp"
-#include "summary.hpp"
 
 namespace chasles::app {
 namespace {

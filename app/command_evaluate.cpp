@@ -13,14 +13,15 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
+#include <chasles/session/run_figures.hpp>
+#include <chasles/session/truth_mending.hpp>
+#include <chasles/session/truth_options.hpp>
+#include <chasles/session/truth_preparation.hpp>
 
+#include "declare_truth.hpp"
 #include "print.hpp"
-#include "run_figures.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
-#include "truth_mending.hpp"
-#include "truth_options.hpp"
-#include "truth_preparation.hpp"
 
 namespace chasles::app {
 namespace {

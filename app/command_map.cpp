@@ -18,9 +18,9 @@
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/session/map_output.hpp>
 #include <chasles/viewers/ply.hpp>
 
-#include "map_output.hpp"
 #include "options.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"

@@ -8,9 +8,9 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
+#include <chasles/session/run_folder.hpp>
 
 #include "print.hpp"
-#include "run_folder.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {

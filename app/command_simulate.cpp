@@ -13,17 +13,17 @@
 #include <chasles/eval/association.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/write_euroc.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/output_folder.hpp>
+#include <chasles/session/progress.hpp>
+#include <chasles/session/settings_io.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/sim/street.hpp>
 
-#include "interrupt.hpp"
 #include "options.hpp"
-#include "output_folder.hpp"
 #include "print.hpp"
-#include "progress.hpp"
 #include "scene_options.hpp"
-#include "settings_io.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {

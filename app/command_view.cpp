@@ -10,12 +10,12 @@
 #include <chasles/base/error.hpp>
 #include <chasles/report/study.hpp>
 #include <chasles/run_folder/growing_run.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/run_folder.hpp>
 
 #include "follow_run.hpp"
-#include "interrupt.hpp"
 #include "live_view.hpp"
 #include "print.hpp"
-#include "run_folder.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {

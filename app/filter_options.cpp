@@ -10,9 +10,8 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/report/study.hpp>
-
-#include "inertial_settings_io.hpp"
-#include "settings_io.hpp"
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/settings_io.hpp>
 
 namespace chasles::app {
 namespace {

@@ -9,8 +9,7 @@
 #include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/foxglove/service.hpp>
 #include <chasles/recording/recording.hpp>
-
-#include "feature_trails.hpp"
+#include <chasles/session/feature_trails.hpp>
 
 namespace chasles::app {
 

@@ -117,6 +117,18 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known,
                     .pictures = pictures});
 }
 
+void LiveView::on_images(const ImageFrame& images) {
+  if (frames_) frames_->see(images);
+}
+
+void LiveView::on_frame(const FeatureFrame& frame) {
+  if (frames_) frames_->follow(frame);
+}
+
+void LiveView::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+  if (frames_) frames_->note_outcomes(frame, outcomes);
+}
+
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
                        const std::function<LiveMap()>& map) {
   if (growing_) growing_->extend(run, [&map] { return map().landmarks; });

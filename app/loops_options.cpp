@@ -8,8 +8,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
-
-#include "settings_io.hpp"
+#include <chasles/session/settings_io.hpp>
 
 namespace chasles::app {
 namespace {

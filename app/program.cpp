@@ -9,8 +9,8 @@
 #include <chasles/base/error.hpp>
 #include <chasles/base/interruption.hpp>
 #include <chasles/codec/text_file.hpp>
+#include <chasles/session/fault.hpp>
 
-#include "fault.hpp"
 #include "options.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"

@@ -15,11 +15,11 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/run_input.hpp>
+#include <chasles/session/settings_io.hpp>
 #include <chasles/sim/street.hpp>
 
 #include "options.hpp"
-#include "run_input.hpp"
-#include "settings_io.hpp"
 
 namespace chasles::app {
 namespace {
@@ -81,14 +81,6 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
 }
 
 }  // namespace
-
-void assign(const SettingList& list, const std::string& option, const std::string& assignment) {
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw UsageError(fmt::format("{}: found '{}', expected key=value", option, assignment));
-  }
-  set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
-}
 
 void check_scene(const std::string& name) {
   std::vector<std::string> known;

@@ -51,6 +51,10 @@ const Arrows kArrows = {
     {"viewers", {"report"}},
     // The messages of viewers, by the server of live.
     {"foxglove", {"live", "viewers"}},
+    // A run with its folder, without a command line.
+    {"session", {"pipeline", "live"}},
+    // What a robot's middleware needs, without its messages.
+    {"robot", {"session"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {
@@ -77,7 +81,9 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"slam", {"lab"}},
                           {"pipeline", {"lab"}},
                           {"codec", {"run_folder"}},
-                          {"recording", {"run_folder"}}});
+                          {"recording", {"run_folder"}},
+                          {"session", {"sim"}},
+                          {"robot", {"sim"}}});
 }
 
 TEST(Arrows, NoArrowLeadsBack) {

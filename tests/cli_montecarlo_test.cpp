@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/session/progress.hpp>
 
 #include "cli_test.hpp"
-#include "progress.hpp"
 #include "trial_log.hpp"
 
 // `chasles montecarlo`: the same bytes for one study in any number of parts.
@@ -289,10 +289,9 @@ TEST(TrialLine, IsReadBackTheSame) {
 }
 
 TEST(ProgressOfRuns, ShowsWhatIsLeft) {
-  EXPECT_NE(
-      app::progress_text(25, 100, 500, 10, "runs").find("25/100 runs, 50 x real time, 30.0 s"),
-      std::string::npos);
-  EXPECT_NE(app::progress_text(1, 100, 500, 10, "runs").find("16 min left"), std::string::npos);
+  EXPECT_NE(progress_text(25, 100, 500, 10, "runs").find("25/100 runs, 50 x real time, 30.0 s"),
+            std::string::npos);
+  EXPECT_NE(progress_text(1, 100, 500, 10, "runs").find("16 min left"), std::string::npos);
 }
 
 }  // namespace

@@ -3,12 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/settings_io.hpp>
+#include <chasles/session/velocity_settings_io.hpp>
 
 #include "cli_test.hpp"
-#include "inertial_settings_io.hpp"
 #include "scene_options.hpp"
-#include "settings_io.hpp"
-#include "velocity_settings_io.hpp"
 
 namespace chasles::app {
 namespace {

@@ -35,11 +35,18 @@ class LongCall {
   /// interruption_point(), and by stopped(). With the GIL.
   template <typename Work>
   auto operator()(const Work& work) {
+    // The module that calls has an ObservedCall::current() of its own, beside that of watch().
     if constexpr (std::is_void_v<decltype(work())>) {
-      watch(work);
+      watch([&] {
+        const ObservedCall observed(state_);
+        work();
+      });
     } else {
       std::optional<decltype(work())> result;
-      watch([&] { result.emplace(work()); });
+      watch([&] {
+        const ObservedCall observed(state_);
+        result.emplace(work());
+      });
       return std::move(*result);
     }
   }

@@ -1,5 +1,4 @@
 #include <nlohmann/json.hpp>
-#include <settings_io.hpp>
 
 #include <chasles/codec/bomb_testing.hpp>
 #include <chasles/codec/image_decode.hpp>
@@ -10,6 +9,7 @@
 #include <chasles/recording/plan.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/run.hpp>
+#include <chasles/session/settings_io.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
 #include "kinds.hpp"
@@ -158,10 +158,10 @@ std::string settings_seed(const fs::path&) {
 void read_settings(const fs::path& scratch, std::string_view bytes) {
   test::spill(scratch / "run.yaml", std::string(bytes));
   InertialSlamSettings settings;
-  app::SettingCollector collector;
+  SettingCollector collector;
   for_each_setting(settings, collector);
   try {
-    app::set_from_file(collector.settings, scratch / "run.yaml");
+    set_from_file(collector.settings, scratch / "run.yaml");
   } catch (const UsageError& error) {
     throw InputError(error.what());  // an invalid setting counts as malformed here
   }

@@ -40,8 +40,9 @@ add_custom_command(OUTPUT ${documents}/stamp
   COMMAND ${Python3_EXECUTABLE} ${tools}/sbom.py --version ${PROJECT_VERSION}
     --loaded ${CHASLES_MATIO_FILE} --output ${documents}/chasles.spdx.json
     $<TARGET_FILE:chasles_shared> $<TARGET_FILE:chasles_linked> $<TARGET_FILE:chasles_python>
+    $<TARGET_FILE:chasles_python_lab>
   COMMAND ${CMAKE_COMMAND} -E touch ${documents}/stamp
-  DEPENDS chasles_documents chasles_shared chasles_linked chasles_python ${tools}/sbom.py
+  DEPENDS chasles_documents chasles_shared chasles_linked chasles_python chasles_python_lab ${tools}/sbom.py
     ${tools}/components.py ${tools}/components.json ${tools}/deb/copyright.py ${tools}/deb/changelogs.py
     ${tools}/deb/compress.py ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/src/web/package-lock.json
   COMMENT "Documents of the Debian packages" VERBATIM)

@@ -46,9 +46,11 @@ def files_of(package, project):
     """{name in the wheel: bytes}, in the order of the wheel."""
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     modules = sorted(package.glob(f"*{suffix}"))
-    if len(modules) != 1:
-        raise SystemExit(f"pack.py: {package}: found {len(modules)} modules *{suffix}, expected one, for {sys.executable}")
-    files = {f"{package.name}/{modules[0].name}": stripped(modules[0])}
+    names = [module.name.removesuffix(suffix) for module in modules]
+    if names != ["_core", "_lab"]:
+        raise SystemExit(f"pack.py: {package}: found the modules {names} *{suffix}, expected _core and _lab, for "
+                         f"{sys.executable}")
+    files = {f"{package.name}/{module.name}": stripped(module) for module in modules}
     for file in sorted(package.iterdir()):
         if file.suffix in (".py", ".pyi") or file.name == "py.typed":
             files[f"{package.name}/{file.name}"] = file.read_bytes()

@@ -7,15 +7,15 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/robot/robot_diagnosis.hpp>
+#include <chasles/robot/state_stream.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/map_output.hpp>
+#include <chasles/session/output_folder.hpp>
 
-#include "inertial_settings_io.hpp"
 #include "inputs.hpp"
-#include "map_output.hpp"
 #include "network.hpp"
-#include "output_folder.hpp"
 #include "outputs.hpp"
-#include "robot_diagnosis.hpp"
-#include "state_stream.hpp"
 
 namespace chasles::bridge {
 namespace {
@@ -28,17 +28,13 @@ constexpr int kRoundsAtEnd = 100;
 constexpr double kLull = 0.02;  // [s] without a message, after which all is there
 constexpr auto kSilence = std::chrono::seconds(5), kDiagnosticsPeriod = std::chrono::seconds(1);
 
-app::RobotSetup setup_of(const BridgeOptions& o, SensorCalibration calibration) {
-  app::SettingSources sources = o.settings;
+RobotSetup setup_of(const BridgeOptions& o, SensorCalibration calibration) {
+  SettingSources sources = o.settings;
   sources.estimator = estimator_choice(o.estimator, "--estimator");
-  return {.calibration = std::move(calibration),
-          .settings = app::inertial_run_settings_from(sources),
-          .name = o.name,
-          .map = o.map,
-          .output = o.output,
-          .save_map = o.save_map,
-          .lossless = o.lossless,
-          .most_images = static_cast<std::size_t>(o.most_images)};
+  RobotSetup setup = o.robot;
+  setup.calibration = std::move(calibration);
+  setup.settings = inertial_run_settings_from(sources);
+  return setup;
 }
 
 SensorCalibration calibration_of(const BridgeOptions& o) {
@@ -63,7 +59,7 @@ StateStream::Options stream_of(const BridgeOptions& o) {
 class Loop {
  public:
   Loop(const BridgeOptions& options, Participant& participant, Inputs& inputs, Outputs& outputs,
-       app::RobotSlam& slam)
+       RobotSlam& slam)
       : options_(options),
         participant_(participant),
         inputs_(inputs),
@@ -92,8 +88,8 @@ class Loop {
   }
 
   void diagnose() {
-    const app::RobotReport report = slam_.report();
-    app::RobotDiagnosis diagnosis = app::diagnose(report, before_);
+    const RobotReport report = slam_.report();
+    RobotDiagnosis diagnosis = diagnose(report, before_);
     before_ = report;
     inputs_.describe(diagnosis);
     outputs_.send(diagnosis);
@@ -108,9 +104,9 @@ class Loop {
   Participant& participant_;
   Inputs& inputs_;
   Outputs& outputs_;
-  app::RobotSlam& slam_;
+  RobotSlam& slam_;
   Clock::time_point begin_ = Clock::now(), diagnosed_ = begin_, last_message_ = begin_;
-  app::RobotReport before_;  // of the last diagnosis
+  RobotReport before_;  // of the last diagnosis
 };
 
 void announce(const BridgeOptions& o, const BridgeNetwork& network, const SensorTopics& topics) {
@@ -126,8 +122,8 @@ void announce(const BridgeOptions& o, const BridgeNetwork& network, const Sensor
 
 // Finds errors of the outputs before the run.
 void prepare_outputs(const BridgeOptions& o) {
-  if (!o.output.empty()) app::prepare_output(o.output);
-  if (!o.save_map.empty()) app::check_map_output(o.save_map);
+  if (!o.robot.output.empty()) prepare_output(o.robot.output);
+  if (!o.robot.save_map.empty()) check_map_output(o.robot.save_map);
 }
 
 }  // namespace
@@ -137,12 +133,12 @@ void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
   const BridgeNetwork network = network_of(o);
   const SensorCalibration calibration = calibration_of(o);
   const SensorTopics topics = topics_of(o, calibration);
-  app::RobotSetup setup = setup_of(o, calibration);
+  RobotSetup setup = setup_of(o, calibration);
   prepare_outputs(o);
   Participant participant(network.domain, network.configuration);
   Outputs outputs(participant, o);
   StateStream stream(stream_of(o), outputs);
-  app::RobotSlam slam(
+  RobotSlam slam(
       std::move(setup),
       {.on_estimates = [&](std::span<const Estimate> some,
                            VisualInertialSlam& of) { stream.take(some, of); },
@@ -157,10 +153,10 @@ void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
   announce(o, network, topics);
   // Whatever ends the loop, what was estimated is written.
   std::exception_ptr error =
-      app::error_of([&] { Loop(o, participant, inputs, outputs, slam).run(stop); });
+      error_of([&] { Loop(o, participant, inputs, outputs, slam).run(stop); });
   slam.finish();
-  const app::RobotDiagnosis diagnosis = app::diagnose(slam.report(), {});
-  if (!error) error = app::error_of([&] { outputs.send(diagnosis); });
+  const RobotDiagnosis diagnosis = diagnose(slam.report(), {});
+  if (!error) error = error_of([&] { outputs.send(diagnosis); });
   if (stream.any()) return slam.write_outputs(error);
   if (error) std::rethrow_exception(error);
   throw Error(ExitCode::kNotInitialised, "no estimate: " + diagnosis.message);

@@ -104,7 +104,7 @@ void Inputs::subscribe(Participant& participant, const std::string& topic, const
 }
 
 Inputs::Inputs(Participant& participant, const BridgeOptions& options, const SensorTopics& topics,
-               app::RobotSlam& slam, OnSample on_sample)
+               RobotSlam& slam, OnSample on_sample)
     : slam_(slam), on_sample_(std::move(on_sample)) {
   const auto delivery = [&](int depth) {
     return Delivery{.reliable = options.reliable, .depth = depth, .keep_all = options.reliable};
@@ -181,7 +181,7 @@ void Inputs::note_sample(Time time) {
 // and end no run that goes on without them.
 template <typename Message>
 void Inputs::take_image(Source& source, std::size_t camera, const Message& message) {
-  const auto arrived = app::RobotSlam::Clock::now();
+  const auto arrived = RobotSlam::Clock::now();
   const Time time = time_of(message.header.stamp);
   if (!source.stamps.is_set(time, source.topic)) return;
   GrayImage image;
@@ -195,8 +195,8 @@ void Inputs::take_image(Source& source, std::size_t camera, const Message& messa
   slam_.add(camera, time, std::move(image), arrived);
 }
 
-void Inputs::describe(app::RobotDiagnosis& diagnosis) {
-  using enum app::RobotDiagnosis::Level;
+void Inputs::describe(RobotDiagnosis& diagnosis) {
+  using enum RobotDiagnosis::Level;
   for (const auto& source : sources_) {
     const auto add = [&](const char* what, const auto number) {
       diagnosis.value(what + source->topic, number);

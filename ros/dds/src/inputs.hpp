@@ -8,12 +8,12 @@
 #include <vector>
 
 #include <chasles/recording/sensor_calibration.hpp>
+#include <chasles/robot/image_decoder.hpp>
+#include <chasles/robot/robot_diagnosis.hpp>
+#include <chasles/robot/robot_slam.hpp>
+#include <chasles/robot/stamp_check.hpp>
 
-#include "image_decoder.hpp"
 #include "participant.hpp"
-#include "robot_diagnosis.hpp"
-#include "robot_slam.hpp"
-#include "stamp_check.hpp"
 
 namespace chasles::bridge {
 
@@ -38,7 +38,7 @@ class Inputs {
   using OnSample = std::function<void(Time time, double period)>;
 
   Inputs(Participant& participant, const BridgeOptions& options, const SensorTopics& topics,
-         app::RobotSlam& slam, OnSample on_sample);
+         RobotSlam& slam, OnSample on_sample);
 
   /// Passes on some of what has come of each topic. Returns the number of messages; 0: all has been
   /// passed on. Throws InputError where the first image of a camera cannot be decoded and there is
@@ -49,7 +49,7 @@ class Inputs {
   void warn_of_silence();
   /// Adds the number of publishers of each topic, and of messages that were left out, with a
   /// warning of those since the last call.
-  void describe(app::RobotDiagnosis& diagnosis);
+  void describe(RobotDiagnosis& diagnosis);
 
  private:
   /// A topic and what has come on it.
@@ -72,7 +72,7 @@ class Inputs {
   template <typename Message>
   void take_image(Source& source, std::size_t camera, const Message& message);
 
-  app::RobotSlam& slam_;
+  RobotSlam& slam_;
   std::vector<ImageDecoder> decoders_;
   std::vector<std::unique_ptr<Source>> sources_;
   std::vector<std::function<std::size_t()>> takes_;

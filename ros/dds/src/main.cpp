@@ -5,11 +5,11 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/session/fault.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/print_text.hpp>
 
 #include "bridge.hpp"
-#include "fault.hpp"
-#include "interrupt.hpp"
-#include "print.hpp"
 
 namespace {
 
@@ -28,7 +28,7 @@ int parse_and_run(int argc, char** argv) {
     throw chasles::UsageError(fmt::format("{} (see chasles_dds --help)", error.what()));
   }
   if (options.quiet) spdlog::set_level(spdlog::level::err);
-  const chasles::app::Interrupt interrupt;
+  const chasles::Interrupt interrupt;
   chasles::bridge::run_bridge(options, [&] { return interrupt.requested(); });
   return 0;
 }
@@ -36,12 +36,12 @@ int parse_and_run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  chasles::app::report_file_limit();
-  chasles::app::log_to_stderr("chasles_dds", true);
+  chasles::report_file_limit();
+  chasles::log_to_stderr("chasles_dds", true);
   try {
     return parse_and_run(argc, argv);
   } catch (const std::exception& error) {
-    const chasles::app::Fault fault = chasles::app::fault_of(error);
+    const chasles::Fault fault = chasles::fault_of(error);
     spdlog::error("{}", fault.sentence);
     return fault.code;
   }

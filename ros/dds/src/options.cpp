@@ -11,8 +11,8 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
 
-#include "inertial_settings_io.hpp"
 #include "network.hpp"
 
 namespace chasles::bridge {
@@ -82,12 +82,12 @@ void declare_method(CLI::App& parser, BridgeOptions& o) {
   add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
   add("--chart", o.settings.chart, "NAME", "Error chart, as of chasles run");
   add("--estimator", o.estimator, "NAME", "filter (default) or window:N");
-  add("--map", o.map, "MAP", "Find the place in a map that an earlier run saved");
-  add("--save-map", o.save_map, "MAP", "Save a map at the end");
-  add("--most-images", o.most_images, "N",
+  add("--map", o.robot.map, "MAP", "Find the place in a map that an earlier run saved");
+  add("--save-map", o.robot.save_map, "MAP", "Save a map at the end");
+  add("--most-images", o.robot.most_images, "N",
       "Frames that may wait for the estimator; one more, and the oldest is dropped (default 3)");
   parser
-      .add_flag("--lossless", o.lossless,
+      .add_flag("--lossless", o.robot.lossless,
                 "Every image counts, however slow the estimator is: for recordings that are played")
       ->group("Method");
 }
@@ -108,8 +108,8 @@ void declare_output(CLI::App& parser, BridgeOptions& o) {
   add("--base-frame", o.base_frame, "FRAME", "Frame of the robot (default base_link)");
   add("--base-T-imu", o.base_T_imu_text, "X,Y,Z,QX,QY,QZ,QW",
       "Where the IMU is in the robot's frame [m] (default: it is that frame)");
-  add("-o,--output", o.output, "RUN", "Write the folder of chasles run -o at the end");
-  add("--name", o.name, "NAME", "Name of the run (default robot)");
+  add("-o,--output", o.robot.output, "RUN", "Write the folder of chasles run -o at the end");
+  add("--name", o.robot.name, "NAME", "Name of the run (default robot)");
   parser
       .add_option("--idle", o.idle,
                   "End after so many seconds without a message (default: on SIGINT)")
@@ -142,7 +142,7 @@ void declare_bridge_options(CLI::App& parser, BridgeOptions& options) {
   declare_network(parser, options);
   declare_method(parser, options);
   declare_output(parser, options);
-  parser.footer(app::filter_settings_help() + "\n" + app::inertial_run_settings_help());
+  parser.footer(filter_settings_help() + "\n" + inertial_run_settings_help());
 }
 
 BridgeNetwork network_of(const BridgeOptions& o) {
@@ -189,7 +189,7 @@ void check(const BridgeOptions& o) {
     throw UsageError(fmt::format("--rate: found '{}', expected images or samples", o.rate));
   }
   if (o.image_bits != 0) check_range("--image-bits", o.image_bits, 8, 16);
-  check_range("--most-images", o.most_images, 1, 10'000);
+  check_range("--most-images", o.robot.most_images, 1, 10'000);
   check_range("--points-period", o.points_period, 0, 1e6);
   if (o.idle) check_range("--idle", *o.idle, 0.1, 1e6);
   for (const auto& [option, frame] :

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include <chasles/lie/se3.hpp>
-
-#include "velocity_settings_io.hpp"
+#include <chasles/robot/robot_slam.hpp>
+#include <chasles/session/velocity_settings_io.hpp>
 
 namespace CLI {
 class App;
@@ -29,14 +29,10 @@ struct BridgeOptions {
   std::string network;        ///< empty: that of CYCLONEDDS_URI, or loopback
   bool reliable = false;
   // Estimation
-  app::SettingSources settings;
+  SettingSources settings;
   std::string estimator = "filter";
-  std::filesystem::path map, save_map;
-  bool lossless = false;
-  int most_images = 3;
+  RobotSetup robot;  ///< all but its calibration and settings
   // Output
-  std::string name = "robot";
-  std::filesystem::path output;
   std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
   std::string base_T_imu_text;  ///< empty: the identity
   std::string odometry = "/odometry", points = "/points", diagnostics = "/diagnostics";

@@ -95,7 +95,7 @@ std::vector<std::uint8_t> bytes_of(std::span<const MapLandmark> landmarks) {
 Outputs::Outputs(Participant& participant, const BridgeOptions& options)
     : frames_{.map = options.map_frame, .odom = options.odom_frame, .base = options.base_frame},
       tf_(options.tf),
-      name_("chasles: " + options.name),
+      name_("chasles: " + options.robot.name),
       odometry_writer_(participant, options.odometry, kOthers),
       transform_writer_(participant, "/tf", kTransforms),
       points_writer_(participant, options.points, kOthers),
@@ -150,7 +150,7 @@ void Outputs::points(std::span<const MapLandmark> landmarks, Time time) {
   points_writer_.write(message);
 }
 
-void Outputs::send(app::RobotDiagnosis diagnosis) {
+void Outputs::send(RobotDiagnosis diagnosis) {
   const std::size_t dropped =
       odometry_writer_.dropped() + transform_writer_.dropped() + points_writer_.dropped();
   diagnosis.value("messages dropped for slow subscribers", dropped);

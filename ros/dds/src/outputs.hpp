@@ -3,9 +3,10 @@
 #include <span>
 #include <string>
 
+#include <chasles/robot/robot_diagnosis.hpp>
+#include <chasles/robot/state_stream.hpp>
+
 #include "participant.hpp"
-#include "robot_diagnosis.hpp"
-#include "state_stream.hpp"
 
 namespace chasles::bridge {
 
@@ -29,7 +30,7 @@ class Outputs : public StateSink {
   /// the covariance), each a float, and the number of observations as an unsigned integer.
   void points(std::span<const MapLandmark> landmarks, Time time) override;
   /// diagnostic_msgs/msg/DiagnosticArray, at the time of the system.
-  void send(app::RobotDiagnosis diagnosis);
+  void send(RobotDiagnosis diagnosis);
 
  private:
   void send_transform(const std::string& parent, const std::string& child,

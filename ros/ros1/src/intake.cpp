@@ -22,15 +22,10 @@ constexpr int kMostReported = 20;
 constexpr std::uint32_t kSampleQueue = 2000, kImageQueue = 20;
 constexpr double kSameAxes = 1e-3;  // [rad]
 
-app::RobotSetup setup_from(const NodeParameters& p, SensorCalibration calibration) {
-  return {.calibration = std::move(calibration),
-          .settings = p.settings,
-          .name = p.name,
-          .map = p.map,
-          .output = p.output,
-          .save_map = p.save_map,
-          .lossless = p.lossless,
-          .most_images = static_cast<std::size_t>(p.most_images)};
+RobotSetup setup_from(const NodeParameters& p, SensorCalibration calibration) {
+  RobotSetup setup = p.robot;
+  setup.calibration = std::move(calibration);
+  return setup;
 }
 
 void check_type(const RawMessage& message, const std::string& expected, const std::string& where) {
@@ -95,7 +90,7 @@ std::string Intake::waiting_for() const {
 }
 
 void Intake::subscribe() {
-  const bool all = parameters_.lossless;
+  const bool all = parameters_.robot.lossless;
   subscribe_to_calibration();
   for (std::size_t c = 0; c < topics_.cameras.size(); ++c) {
     transport_.subscribe(topics_.cameras[c], all ? 0 : kImageQueue,
@@ -108,7 +103,7 @@ void Intake::subscribe() {
 
 // One topic, or one of the gyroscope and one of the accelerometer.
 void Intake::subscribe_to_imu() {
-  const std::uint32_t queue = parameters_.lossless ? 0 : kSampleQueue;
+  const std::uint32_t queue = parameters_.robot.lossless ? 0 : kSampleQueue;
   const auto subscribe = [&](const std::string& topic, void (Intake::*take)(const RawMessage&)) {
     transport_.subscribe(topic, queue, [this, take](const RawMessage& message) {
       on_data(message, [this, take](const RawMessage& m) { (this->*take)(m); });
@@ -177,7 +172,7 @@ void Intake::hold(RawMessage message, Take take) {
   held_.emplace_back(std::move(message), std::move(take));
   // What the message states of frames.
   if (by_topics_) held_.back().second(held_.back().first);
-  while (!parameters_.lossless && held_bytes_ > kMostHeld) {
+  while (!parameters_.robot.lossless && held_bytes_ > kMostHeld) {
     held_bytes_ -= held_.front().first.bytes.size();
     held_.pop_front();
   }
@@ -200,9 +195,9 @@ void Intake::try_to_start() {
 
 void Intake::start(SensorCalibration calibration) {
   for (const std::string& remark : calibration.remarks) transport_.log(LogLevel::kInfo, remark);
-  slam_ = std::make_unique<app::RobotSlam>(
+  slam_ = std::make_unique<RobotSlam>(
       setup_from(parameters_, std::move(calibration)),
-      app::RobotSlam::Callbacks{
+      RobotSlam::Callbacks{
           .on_estimates = [this](std::span<const Estimate> estimates,
                                  VisualInertialSlam& slam) { publisher_.publish(estimates, slam); },
           .on_reset =
@@ -289,7 +284,7 @@ void Intake::take_force(const RawMessage& message) {
 }
 
 void Intake::take_image(std::size_t camera, const RawMessage& message) {
-  const auto arrived = app::RobotSlam::Clock::now();
+  const auto arrived = RobotSlam::Clock::now();
   on_message(message, topics_.cameras[camera], [&](const RosMessage& ros) {
     const RosHeader header = ros_header(ros);
     if (!slam_) {

@@ -11,10 +11,11 @@
 #include <string>
 #include <vector>
 
+#include <chasles/robot/robot_slam.hpp>
+
 #include "node_diagnosis.hpp"
 #include "parameters.hpp"
 #include "publisher.hpp"
-#include "robot_slam.hpp"
 #include "topic_calibration.hpp"
 #include "transport.hpp"
 
@@ -41,7 +42,7 @@ class Intake {
   Intake& operator=(const Intake&) = delete;
 
   /// Null while the cameras are not calibrated; waiting_for() says for what.
-  app::RobotSlam* slam() const { return started_ ? slam_.get() : nullptr; }
+  RobotSlam* slam() const { return started_ ? slam_.get() : nullptr; }
   std::string waiting_for() const;
   /// When no handler runs any more: processes what waits. Throws where the start has failed.
   void finish();
@@ -90,7 +91,7 @@ class Intake {
   TopicContents accelerometer_, gyroscope_;
   BagContents contents_;  // the transforms of /tf_static alone
 
-  std::unique_ptr<app::RobotSlam> slam_;
+  std::unique_ptr<RobotSlam> slam_;
   std::atomic<bool> started_ = false;
   std::atomic<int> undecodable_ = 0, unset_ = 0, reported_ = 0;
 };

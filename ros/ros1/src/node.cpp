@@ -23,9 +23,9 @@ Node::Node(Transport& transport)
 }
 
 void Node::run() {
-  transport_.wait(parameters_.lossless);
+  transport_.wait(parameters_.robot.lossless);
   intake_.finish();
-  app::RobotSlam* slam = intake_.slam();
+  RobotSlam* slam = intake_.slam();
   if (slam == nullptr) {
     throw UsageError(fmt::format("{}: {}", kNotCalibrated, intake_.waiting_for()));
   }
@@ -41,7 +41,7 @@ std::pair<bool, std::string> Node::reset() {
 
 std::pair<bool, std::string> Node::save_map() {
   if (intake_.slam() == nullptr) return {false, kNotCalibrated};
-  if (parameters_.save_map.empty()) {
+  if (parameters_.robot.save_map.empty()) {
     return {false, "~save_map is not set, expected the file of the map"};
   }
   try {
@@ -59,7 +59,7 @@ OutDiagnosis Node::diagnosis() {
             .message = fmt::format("{}: {}", kNotCalibrated, intake_.waiting_for()),
             .values = {}};
   }
-  const app::RobotReport now = intake_.slam()->report();
+  const RobotReport now = intake_.slam()->report();
   const NodeCounts counts = intake_.counts();
   const OutDiagnosis result = diagnosis_of(now, before_, counts, counts_before_);
   before_ = now;

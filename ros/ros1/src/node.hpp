@@ -30,7 +30,7 @@ class Node {
   NodeParameters parameters_;
   Publisher publisher_;
   Intake intake_;
-  app::RobotReport before_;  // of the last diagnosis
+  RobotReport before_;  // of the last diagnosis
   NodeCounts counts_before_;
 };
 

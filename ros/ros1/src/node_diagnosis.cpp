@@ -1,13 +1,13 @@
 #include "node_diagnosis.hpp"
 
-#include "robot_diagnosis.hpp"
+#include <chasles/robot/robot_diagnosis.hpp>
 
 namespace chasles::ros1 {
 
-OutDiagnosis diagnosis_of(const app::RobotReport& now, const app::RobotReport& before,
+OutDiagnosis diagnosis_of(const RobotReport& now, const RobotReport& before,
                           const NodeCounts& counts, const NodeCounts& counts_before) {
-  using enum app::RobotDiagnosis::Level;
-  app::RobotDiagnosis diagnosis = app::diagnose(now, before);
+  using enum RobotDiagnosis::Level;
+  RobotDiagnosis diagnosis = diagnose(now, before);
   diagnosis.add(counts.undecodable > counts_before.undecodable, kWarning,
                 "images could not be decoded: see the log");
   diagnosis.add(counts.unset > counts_before.unset, kWarning,

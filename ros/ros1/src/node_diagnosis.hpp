@@ -1,7 +1,8 @@
 #pragma once
 
+#include <chasles/robot/robot_slam.hpp>
+
 #include "outgoing.hpp"
-#include "robot_slam.hpp"
 
 namespace chasles::ros1 {
 
@@ -11,8 +12,8 @@ struct NodeCounts {
   int unset = 0;        ///< messages whose header.stamp is 0
 };
 
-/// app::diagnose() with what the node itself counts.
-OutDiagnosis diagnosis_of(const app::RobotReport& now, const app::RobotReport& before,
+/// diagnose() with what the node itself counts.
+OutDiagnosis diagnosis_of(const RobotReport& now, const RobotReport& before,
                           const NodeCounts& counts, const NodeCounts& counts_before);
 
 }  // namespace chasles::ros1

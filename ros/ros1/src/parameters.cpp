@@ -12,8 +12,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-
-#include "inertial_settings_io.hpp"
+#include <chasles/session/inertial_settings_io.hpp>
 
 namespace chasles::ros1 {
 namespace {
@@ -150,13 +149,13 @@ std::map<std::string, Read> readers_of(NodeParameters& p, std::string& config,
       {"image_bits", count_to(p.image_bits, 0, 16)},
       {"config", text_to(config)},
       {"estimator", text_to(estimator)},
-      {"map", text_to(p.map)},
-      {"lossless", flag_to(p.lossless)},
-      {"most_images", count_to(p.most_images, 1, 10'000)},
-      {"name", text_to(p.name)},
-      {"save_map", text_to(p.save_map)},
-      {"output", text_to(p.output)},
-      {"map_frame", text_to(p.map_frame)},
+      {"map", text_to(p.robot.map)},
+      {"lossless", flag_to(p.robot.lossless)},
+      {"most_images", count_to(p.robot.most_images, 1, 10'000)},
+      {"name", text_to(p.robot.name)},
+      {"save_map", text_to(p.robot.save_map)},
+      {"output", text_to(p.robot.output)},
+      {"map_frame", text_to(p.robot.map_frame)},
       {"odom_frame", text_to(p.odom_frame)},
       {"base_frame", text_to(p.base_frame)},
       {"imu_frame", text_to(p.imu_frame)},
@@ -171,7 +170,7 @@ std::map<std::string, Read> readers_of(NodeParameters& p, std::string& config,
 
 std::vector<std::string> setting_names() {
   std::vector<std::string> names;
-  const nlohmann::ordered_json settings = app::settings_json(InertialRunSettings{});
+  const nlohmann::ordered_json settings = settings_json(InertialRunSettings{});
   for (const auto& [name, value] : settings.items()) names.push_back(name);
   return names;
 }
@@ -209,7 +208,7 @@ NodeParameters parameters_from(const Value& tree) {
   Flat flat;
   if (tree.getType() == Value::TypeStruct) flatten(tree, "", flat);
   NodeParameters parameters;
-  app::SettingSources sources;
+  SettingSources sources;
   sources.set_option = "parameter";
   std::string estimator = "filter";
   const std::map<std::string, Read> readers = readers_of(parameters, sources.config, estimator);
@@ -225,7 +224,7 @@ NodeParameters parameters_from(const Value& tree) {
   }
   check(parameters);
   sources.estimator = estimator_choice(estimator, "~estimator");
-  parameters.settings = app::inertial_run_settings_from(sources);
+  parameters.robot.settings = inertial_run_settings_from(sources);
   return parameters;
 }
 

@@ -9,8 +9,8 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <chasles/lie/se3.hpp>
-#include <chasles/pipeline/run_settings.hpp>
 #include <chasles/recording/reader_settings.hpp>
+#include <chasles/robot/robot_slam.hpp>
 
 namespace chasles::ros1 {
 
@@ -26,13 +26,8 @@ struct NodeParameters {
   std::size_t cameras = kAllCameras;    ///< from "mono" and "stereo"
   int image_bits = 0;                   ///< in use, of 16-bit images; 0: as the first image shows
   // Estimation
-  InertialRunSettings settings = {};
-  std::filesystem::path map = {};
-  bool lossless = false;
-  int most_images = 3;
+  RobotSetup robot = {};  ///< all but its calibration
   // Output
-  std::string name = "robot";
-  std::filesystem::path save_map = {}, output = {};
   std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
   std::string imu_frame = {};     ///< empty: header.frame_id of the samples
   std::optional<SE3> base_T_imu;  ///< none: by /tf_static

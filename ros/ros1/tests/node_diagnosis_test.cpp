@@ -5,8 +5,8 @@
 namespace chasles::ros1 {
 namespace {
 
-app::RobotReport running() {
-  app::RobotReport report;
+RobotReport running() {
+  RobotReport report;
   report.last = Estimate{};
   report.samples = 200;
   report.images.came = report.images.taken = 20;
@@ -17,7 +17,7 @@ TEST(Ros1Diagnosis, IsThatOfAllNodes) {
   const OutDiagnosis healthy = diagnosis_of(running(), {}, {}, {});
   EXPECT_EQ(healthy.level, DiagnosisLevel::kOk);
   EXPECT_EQ(healthy.message, "ok");
-  app::RobotReport lost = running();
+  RobotReport lost = running();
   lost.last->health = Health::kLost;
   const OutDiagnosis diagnosis = diagnosis_of(lost, {}, {.undecodable = 1}, {});
   EXPECT_EQ(diagnosis.level, DiagnosisLevel::kError);

@@ -51,10 +51,10 @@ TEST(Ros1Parameters, AreDefaultsWhereNoneIsSet) {
   const NodeParameters p = parameters_from(calibrated());
   EXPECT_EQ(p.calibration, "folder");
   EXPECT_EQ(p.odom_frame, "odom");
-  EXPECT_EQ(p.settings.filter.chart, InertialRunSettings{}.filter.chart);
-  EXPECT_TRUE(p.settings.estimator.is_filter());
+  EXPECT_EQ(p.robot.settings.filter.chart, InertialRunSettings{}.filter.chart);
+  EXPECT_TRUE(p.robot.settings.estimator.is_filter());
   EXPECT_FALSE(p.base_T_imu);
-  EXPECT_FALSE(p.lossless);
+  EXPECT_FALSE(p.robot.lossless);
 }
 
 TEST(Ros1Parameters, ReadsThoseOfTheNode) {
@@ -69,11 +69,11 @@ TEST(Ros1Parameters, ReadsThoseOfTheNode) {
   const NodeParameters p = parameters_from(tree);
   EXPECT_EQ(p.camera_topics, (std::vector<std::string>{"/a", "/b"}));
   EXPECT_EQ(p.cameras, 1u);
-  EXPECT_TRUE(p.lossless);
-  EXPECT_EQ(p.most_images, 7);
+  EXPECT_TRUE(p.robot.lossless);
+  EXPECT_EQ(p.robot.most_images, 7);
   EXPECT_EQ(p.path_period, 2);
   EXPECT_EQ(p.base_T_imu->p, Eigen::Vector3d(1, 2.5, 3));
-  EXPECT_EQ(p.settings.estimator.keyframes, 5);
+  EXPECT_EQ(p.robot.settings.estimator.keyframes, 5);
 }
 
 TEST(Ros1Parameters, TheOthersAreSettings) {
@@ -82,7 +82,7 @@ TEST(Ros1Parameters, TheOthersAreSettings) {
   tree["start"]["heading"] = 0.1;
   tree["max_landmarks"] = 30;
   tree["calibrate_time_offset"] = false;
-  const InertialRunSettings settings = parameters_from(tree).settings;
+  const InertialRunSettings settings = parameters_from(tree).robot.settings;
   EXPECT_EQ(settings.filter.chart, "standard");
   EXPECT_EQ(settings.start.heading, 0.1);
   EXPECT_EQ(settings.filter.max_landmarks, 30);

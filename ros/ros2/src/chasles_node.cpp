@@ -18,12 +18,11 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
-
-#include "image_decoder.hpp"
-#include "inertial_settings_io.hpp"
-#include "robot_diagnosis.hpp"
-#include "stamp_check.hpp"
-#include "state_stream.hpp"
+#include <chasles/robot/image_decoder.hpp>
+#include <chasles/robot/robot_diagnosis.hpp>
+#include <chasles/robot/stamp_check.hpp>
+#include <chasles/robot/state_stream.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
 
 // Visual-inertial SLAM as a node of ROS 2: a thin layer over RobotSlam, as chasles_dds is.
 namespace chasles::ros2 {
@@ -81,7 +80,7 @@ struct Frames {
 };
 
 /// The publishers of the node.
-class Publications : public bridge::StateSink {
+class Publications : public StateSink {
  public:
   Publications(rclcpp::Node& node, Frames frames)
       : frames_(std::move(frames)),
@@ -136,7 +135,7 @@ class Publications : public bridge::StateSink {
     points_->publish(cloud);
   }
 
-  void diagnosis(const app::RobotDiagnosis& diagnosis, const rclcpp::Time& now) {
+  void diagnosis(const RobotDiagnosis& diagnosis, const rclcpp::Time& now) {
     DiagnosticArray message;
     message.header.stamp = now;
     message.status.resize(1);
@@ -199,8 +198,8 @@ class ChaslesNode : public rclcpp::Node {
     stream_.set_slam(slam_);
     subscribe();
     timer_ = create_wall_timer(std::chrono::seconds(1), [this] {
-      const app::RobotReport report = slam_.report();
-      publications_.diagnosis(app::diagnose(report, before_), now());
+      const RobotReport report = slam_.report();
+      publications_.diagnosis(diagnose(report, before_), now());
       before_ = report;
     });
   }
@@ -224,8 +223,8 @@ class ChaslesNode : public rclcpp::Node {
     return read_sensor_calibration(path);
   }
 
-  bridge::StateStream::Options stream_options() {
-    using Rate = bridge::StateStream::Rate;
+  StateStream::Options stream_options() {
+    using Rate = StateStream::Rate;
     const std::string rate = text("rate", "images");
     if (rate != "images" && rate != "samples") {
       throw UsageError("rate: found '" + rate + "', expected images or samples");
@@ -243,15 +242,15 @@ class ChaslesNode : public rclcpp::Node {
     return {checked_quaternion("base_T_imu", {v[3], v[4], v[5], v[6]}), {v[0], v[1], v[2]}};
   }
 
-  app::RobotSetup setup() {
-    app::SettingSources sources;
+  RobotSetup setup() {
+    SettingSources sources;
     sources.sets = declare_parameter<Texts>("set", Texts{});
     sources.set_option = "the parameter set";
     sources.config = text("config", "");
     sources.estimator = estimator_choice(text("estimator", "filter"));
-    app::RobotSetup setup;
+    RobotSetup setup;
     setup.calibration = calibration_;
-    setup.settings = app::inertial_run_settings_from(sources);
+    setup.settings = inertial_run_settings_from(sources);
     setup.map = text("map", "");
     setup.output = text("output", "");
     setup.save_map = text("save_map", "");
@@ -304,14 +303,13 @@ class ChaslesNode : public rclcpp::Node {
     if (topic.ends_with("/compressed")) {
       compressed_.push_back(create_subscription<CompressedImage>(
           topic, rclcpp::SensorDataQoS(), [this, camera](const CompressedImage& message) {
-            take_image(camera, message.header, [&](bridge::ImageDecoder& decoder) {
-              return decoder.decode(view(message.data));
-            });
+            take_image(camera, message.header,
+                       [&](ImageDecoder& decoder) { return decoder.decode(view(message.data)); });
           }));
     } else {
       images_.push_back(create_subscription<Image>(
           topic, rclcpp::SensorDataQoS(), [this, camera](const Image& message) {
-            take_image(camera, message.header, [&](bridge::ImageDecoder& decoder) {
+            take_image(camera, message.header, [&](ImageDecoder& decoder) {
               return decoder.decode({.height = message.height,
                                      .width = message.width,
                                      .encoding = message.encoding,
@@ -360,7 +358,7 @@ class ChaslesNode : public rclcpp::Node {
 
   template <typename Decode>
   void take_image(std::size_t camera, const std_msgs::msg::Header& header, const Decode& decode) {
-    const auto arrived = app::RobotSlam::Clock::now();
+    const auto arrived = RobotSlam::Clock::now();
     const Time time = time_of(header.stamp);
     if (!image_stamps_[camera].is_set(time, topics_[camera])) return;
     GrayImage image;
@@ -374,15 +372,15 @@ class ChaslesNode : public rclcpp::Node {
 
   SensorCalibration calibration_;
   Publications publications_;
-  bridge::StateStream stream_;
-  app::RobotSlam slam_;
-  app::RobotReport before_;  // of the last diagnosis
+  StateStream stream_;
+  RobotSlam slam_;
+  RobotReport before_;  // of the last diagnosis
   std::string imu_topic_;
   std::string accelerometer_topic_;  // of its own; empty: none
   Texts topics_;                     // of the cameras
-  bridge::StampCheck imu_stamps_, accelerometer_stamps_;
-  std::vector<bridge::StampCheck> image_stamps_;
-  std::vector<bridge::ImageDecoder> decoders_;
+  StampCheck imu_stamps_, accelerometer_stamps_;
+  std::vector<StampCheck> image_stamps_;
+  std::vector<ImageDecoder> decoders_;
   std::optional<Time> last_sample_;
   rclcpp::Subscription<Imu>::SharedPtr imu_, accelerometer_;
   std::vector<rclcpp::Subscription<Image>::SharedPtr> images_;
@@ -399,7 +397,7 @@ int main(int argc, char** argv) {
     rclcpp::init(argc, argv);
     const auto node = std::make_shared<chasles::ros2::ChaslesNode>();
     // Whatever ends it, what was estimated is written.
-    const std::exception_ptr error = chasles::app::error_of([&] { rclcpp::spin(node); });
+    const std::exception_ptr error = chasles::error_of([&] { rclcpp::spin(node); });
     node->finish(error);
   } catch (const chasles::Error& error) {
     RCLCPP_ERROR(rclcpp::get_logger("chasles"), "%s", error.what());
