@@ -63,7 +63,7 @@ std::vector<Estimate> VisualInertialSlam::finish(const StopRequest& stop) {
   }
   append(estimator_->finish(), estimates);
   note(estimates);
-  return estimator_->smooths() ? estimator_->smooth(stop) : estimates;
+  return estimator_->status().smooths ? estimator_->complete(stop) : estimates;
 }
 
 void VisualInertialSlam::take(SensorEvent event, std::vector<Estimate>& estimates) {
@@ -83,7 +83,7 @@ void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimate
   if (on_frame_) on_frame_(tracked.frame);
   append(estimator_->process(tracked.frame), estimates);
   biases_.pop_front();
-  biases_.push_back(estimator_->gyroscope_bias());
+  biases_.push_back(estimator_->status().gyroscope_bias);
 }
 
 }  // namespace chasles

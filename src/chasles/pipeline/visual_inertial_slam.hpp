@@ -21,8 +21,8 @@ namespace chasles {
 /// there. RealtimeSlam is the same on a thread of its own.
 ///
 /// With the filter, the session (InertialSession) recovers from invalid samples and times, and
-/// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
-/// cannot be used are frames without points.
+/// counts them; for windows and batch estimation see Estimator::process() and complete(). Images
+/// that cannot be used are frames without points.
 class VisualInertialSlam {
  public:
   /// `masks` as for Frontend. `prior`: a map in which the filter finds its place, with
