@@ -7,6 +7,7 @@
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>
+#include <chasles/slam/waiting_samples.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
 // The estimators of visual-inertial runs.
@@ -200,7 +201,7 @@ class InertialWindowEstimator : public InertialEstimator {
     if (ends_part(sample)) estimates = end_part();
     if (window_) return noted(window_->process(sample));
     session_.process(sample);
-    samples_.push_back(sample);
+    samples_.add(sample);
     return estimates;
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
@@ -209,7 +210,7 @@ class InertialWindowEstimator : public InertialEstimator {
     const std::vector<Estimate> first = session_.process(frame);
     if (!first.empty()) return begin(first.front());
     // A frame may carry a damaged time, so the samples limit what it drops.
-    const Time now = samples_.empty() ? frame.time : std::min(frame.time, samples_.back().time);
+    const Time now = samples_.empty() ? frame.time : std::min(frame.time, samples_.newest().time);
     drop_before(now - from_seconds(2 * settings_.start.max_window));
     return {};
   }
@@ -260,7 +261,7 @@ class InertialWindowEstimator : public InertialEstimator {
   // No start uses older data: see InertialSession.
   void drop_before(Time oldest) {
     std::erase_if(frames_, [&](const FeatureFrame& frame) { return frame.time < oldest; });
-    while (samples_.size() > 2 && samples_[1].time < oldest) samples_.pop_front();
+    samples_.drop_before(oldest);
   }
 
   // Processes the events until now, in the order of their arrival.
@@ -271,19 +272,20 @@ class InertialWindowEstimator : public InertialEstimator {
     if (last_) place_ = take_place(input);
     window_.emplace(input, settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);
     std::vector<Estimate> estimates;
-    auto sample = samples_.begin();
+    auto sample = samples_.all().begin();
+    const auto end = samples_.all().end();
     for (const FeatureFrame& frame : std::exchange(frames_, {})) {
       append(window_->process(frame), estimates);
-      for (; sample != samples_.end() && window_->waiting(); ++sample) {
+      for (; sample != end && window_->waiting(); ++sample) {
         append(window_->process(*sample), estimates);
       }
     }
-    for (; sample != samples_.end(); ++sample) append(window_->process(*sample), estimates);
+    for (; sample != end; ++sample) append(window_->process(*sample), estimates);
     samples_.clear();
     return noted(std::move(estimates));
   }
 
-  std::deque<ImuSample> samples_;
+  WaitingSamples samples_;
   std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
   Earlier earlier_;

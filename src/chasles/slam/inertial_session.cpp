@@ -58,7 +58,7 @@ void InertialSession::process(const ImuSample& sample) {
     trial_.process(sample);
     return;
   }
-  samples_.push_back(sample);
+  samples_.add(sample);
   initialiser_->add(sample);
 }
 
@@ -137,7 +137,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   if (start) {
     const auto calibration =
         agreed_ ? agreed_->calibration : stated_calibration(settings_, sensors_.cameras);
-    if (calibration) widen_start(*calibration, samples_, *start);
+    if (calibration) widen_start(*calibration, samples_.all(), *start);
     return begin(agreed_ ? continued(*start, *agreed_)
                          : placed(*start, start_settings_, sensors_.cameras.front()));
   }
@@ -146,7 +146,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   while (frames_.front().time < oldest) frames_.pop_front();
   const Time reach = clock(frames_.front().time) -
                      (settings_.estimates_time_offset() ? from_seconds(kTimeOffsetReach) : Time{});
-  while (samples_.size() > 2 && samples_[1].time < reach) samples_.pop_front();
+  samples_.drop_before(reach);
   earlier_.report.timed.late += static_cast<int>(
       std::erase_if(timed_, [&](const TimedMeasurement& m) { return m.time < reach; }));
   return {};
@@ -155,7 +155,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
 std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
   if (clock(frame.time) < given_->time) return {};
   const auto start = std::exchange(given_, std::nullopt);
-  if (std::ranges::none_of(samples_, [&](const ImuSample& sample) {
+  if (std::ranges::none_of(samples_.all(), [&](const ImuSample& sample) {
         return std::chrono::abs(sample.time - start->time) <= kLongestGap;
       })) {
     ++earlier_.report.resets;
@@ -171,7 +171,7 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
                                          start_settings_.in_map && !agreed_);
   initialiser_.reset();
   waiting_since_.reset();
-  for (const ImuSample& sample : samples_) slam_->process(sample);
+  for (const ImuSample& sample : samples_.all()) slam_->process(sample);
   for (const TimedMeasurement& measurement : std::exchange(timed_, {})) {
     if (measurement.time >= start.time) {
       slam_->process(measurement);

@@ -15,6 +15,7 @@
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/waiting_frames.hpp>
+#include <chasles/slam/waiting_samples.hpp>
 
 namespace chasles {
 
@@ -121,7 +122,7 @@ class InertialSession {
   std::optional<InertialStart> given_;
   std::shared_ptr<const LandmarkMap> prior_;
   std::vector<TimedMeasurement> timed_;  ///< as samples_
-  std::deque<ImuSample> samples_;        ///< since the oldest frame that the run may start with
+  WaitingSamples samples_;               ///< since the oldest frame that the run may start with
   std::deque<FeatureFrame> frames_;
   WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
