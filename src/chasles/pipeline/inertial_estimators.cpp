@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>

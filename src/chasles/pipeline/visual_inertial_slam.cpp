@@ -11,7 +11,8 @@ namespace {
 StatePredictor predictor_for(const InertialSlamSettings& settings, const ImuNoise& noise,
                              ImuBuffer::Options imu) {
   imu.vibration_noise = settings.vibration_noise.value_or(0);
-  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu};
+  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu,
+          StatePredictor::Work::kOnDemand};
 }
 
 }  // namespace

@@ -45,21 +45,27 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
     : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
-      gaps_(sensors_.imu.range()),
+      screen_(sensors_.imu.range()),
       given_(std::move(given)),
       prior_(std::move(prior)) {
+  sensors_.imu.screened = true;
   end_part(false);
 }
 
 void InertialSession::process(const ImuSample& sample) {
-  note_time(sample);
+  for (const ImuSample& measured : screen_.add(sample)) take(measured);
+}
+
+void InertialSession::take(const ImuSample& measured) {
+  const bool unknown = gaps_.add(measured.time).has_value();
+  if (slam_ && unknown) reset(false);
   if (slam_) {
-    slam_->process(sample);
-    trial_.process(sample);
+    slam_->process(measured);
+    trial_.process(measured);
     return;
   }
-  samples_.add(sample);
-  initialiser_->add(sample);
+  samples_.add(measured);
+  initialiser_->add(measured);
 }
 
 void InertialSession::process(const TimedMeasurement& measurement) {
@@ -71,16 +77,9 @@ void InertialSession::process(const TimedMeasurement& measurement) {
   }
 }
 
-// Samples that the buffers drop do not count.
-void InertialSession::note_time(const ImuSample& sample) {
-  const bool unknown = gaps_.add(sample).has_value();
-  last_sample_ = gaps_.last();
-  if (slam_ && unknown) reset(false);
-}
-
 bool InertialSession::usable(const FeatureFrame& frame) const {
-  return (!last_frame_ || frame.time > *last_frame_) && last_sample_ &&
-         frame.time - *last_sample_ <= kLongestGap;
+  return (!last_frame_ || frame.time > *last_frame_) && gaps_.last() &&
+         frame.time - *gaps_.last() <= kLongestGap;
 }
 
 std::vector<Estimate> InertialSession::process(const FeatureFrame& frame) {
@@ -118,7 +117,7 @@ Time InertialSession::clock(Time of_cameras) const {
 
 bool InertialSession::covered(const FeatureFrame& frame) const {
   const bool shifted = settings_.estimates_time_offset() || settings_.initial_time_offset() != 0;
-  return !shifted || clock(frame.time) <= *last_sample_;
+  return !shifted || clock(frame.time) <= *gaps_.last();
 }
 
 std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
@@ -240,7 +239,7 @@ void InertialSession::end_part(bool lost) {
     });
     std::erase_if(earlier_.past.poses, [](const PastPose& pose) { return !is_finite(pose); });
     keep_map(lost);
-    earlier_.report = report();
+    earlier_.report = report_of_parts();
     earlier_.report.timed.late += slam_->timed_waiting();
     slam_.reset();
     trial_.end();
@@ -277,7 +276,7 @@ std::shared_ptr<const LandmarkMap> InertialSession::map_to_look_in() const {
 
 std::vector<Requirement> InertialSession::requirements() const {
   if (!initialiser_) return {};
-  if (!last_sample_) return {at_least("IMU samples", 0, 1, "")};
+  if (!gaps_.last()) return {at_least("IMU samples", 0, 1, "")};
   return initialiser_->requirements();
 }
 
@@ -285,9 +284,15 @@ double InertialSession::waited() const {
   return waiting_since_ ? to_seconds(now_ - *waiting_since_) : 0;
 }
 
-SlamReport InertialSession::report() const {
+SlamReport InertialSession::report_of_parts() const {
   SlamReport all = earlier_.report;
   if (slam_) all.merge(report_of(*slam_));
+  return all;
+}
+
+SlamReport InertialSession::report() const {
+  SlamReport all = report_of_parts();
+  all.imu.note(screen_.counts());
   return all;
 }
 

@@ -10,7 +10,8 @@
 #include <vector>
 
 #include <chasles/estimate/slam_report.hpp>
-#include <chasles/imu/sample_gaps.hpp>
+#include <chasles/imu/sample_screen.hpp>
+#include <chasles/imu/time_gaps.hpp>
 #include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
@@ -46,7 +47,7 @@ struct InertialSensors {
 /// initialises itself.
 class InertialSession {
  public:
-  static constexpr Time kLongestGap = SampleGaps::kLongest;
+  static constexpr Time kLongestGap = TimeGaps::kLongest;
 
   /// Throws UsageError for settings that cannot be used.
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
@@ -96,16 +97,17 @@ class InertialSession {
     bool map_placed = false;         ///< in the prior map
   };
 
+  void take(const ImuSample& measured);
   std::vector<Estimate> take(const FeatureFrame& frame);
   std::vector<Estimate> begin(InertialStart start);
   std::vector<Estimate> wait_for_given(const FeatureFrame& frame);
   std::optional<Estimate> step(const FeatureFrame& frame);
-  void note_time(const ImuSample& sample);
   bool usable(const FeatureFrame& frame) const;
   Time clock(Time of_cameras) const;
   bool covered(const FeatureFrame& frame) const;
   void reset(bool lost);
   void end_part(bool lost);
+  SlamReport report_of_parts() const;
   void keep_map(bool lost);
   bool has_place() const;
   std::shared_ptr<const LandmarkMap> map_to_look_in() const;
@@ -114,7 +116,8 @@ class InertialSession {
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
-  SampleGaps gaps_;
+  SampleScreen screen_;  ///< the only one: buffers get what it releases
+  TimeGaps gaps_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
   ClosureTrial trial_;
@@ -127,7 +130,7 @@ class InertialSession {
   WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
   Time now_{};
-  std::optional<Time> last_frame_, last_sample_;
+  std::optional<Time> last_frame_;
   std::optional<Time> last_time_;   ///< of the last estimate
   std::optional<Estimate> last_;    ///< that was finite
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames

@@ -138,6 +138,17 @@ TEST(InertialSessionFaults, AShortGapOfSamplesIsBridgedAndOnesThatAreNotNumbersA
   EXPECT_LT(error_from(estimates, recording), 0.3);
 }
 
+// The session screens the samples once, before the start as well as in all parts of the run.
+TEST(InertialSessionFaults, WhatIsNoMeasurementCountsOnceInTheWholeRun) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  for (const std::size_t k : {5u, 700u, 1500u}) recording.imu[k].specific_force_imu.y() = kNaN;
+  remove_samples(recording, 6, 7);
+  InertialSession session = session_for(recording);
+  expect_sound(play(session, recording));
+  EXPECT_EQ(session.report().resets, 1);
+  EXPECT_EQ(session.report().imu.not_finite, 3);
+}
+
 TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   Recording recording = simulate_inertial(short_hallway(), 0);
   remove_samples(recording, 6, 7);
