@@ -23,7 +23,7 @@ void SlamReport::merge(const SlamReport& later) {
   dropped_frames += later.dropped_frames;
   places.searches += later.places.searches;
   places.proposed += later.places.proposed;
-  places.refused += later.places.refused;
+  places.rejected += later.places.rejected;
   if (later.places.placed) places.placed = later.places.placed;
   closures.insert(closures.end(), later.closures.begin(), later.closures.end());
   recognised.insert(recognised.end(), later.recognised.begin(), later.recognised.end());

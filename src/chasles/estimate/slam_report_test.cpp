@@ -19,7 +19,7 @@ SlamReport part(int n) {
           .timed = {.used = 11 * n, .rejected = 12 * n, .late = 13 * n},
           .resets = 14 * n,
           .dropped_frames = 15 * n,
-          .places = {.searches = 16 * n, .proposed = 17 * n, .refused = 18 * n},
+          .places = {.searches = 16 * n, .proposed = 17 * n, .rejected = 18 * n},
           .closures = {{.time = Time(n), .landmarks = n}},
           .recognised = {Time(n), Time(n + 1)}};
 }
@@ -41,7 +41,7 @@ void expect_counts(const SlamReport& report, const SlamReport& expected) {
   EXPECT_EQ(report.dropped_frames, expected.dropped_frames);
   EXPECT_EQ(report.places.searches, expected.places.searches);
   EXPECT_EQ(report.places.proposed, expected.places.proposed);
-  EXPECT_EQ(report.places.refused, expected.places.refused);
+  EXPECT_EQ(report.places.rejected, expected.places.rejected);
 }
 
 TEST(SlamReport, CountsAddUpAndListsKeepTheOrderOfTheParts) {

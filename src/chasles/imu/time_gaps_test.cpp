@@ -1,8 +1,7 @@
-#include <chasles/imu/time_gaps.hpp>
-
 #include <gtest/gtest.h>
 
 #include <chasles/imu/sample_gaps.hpp>
+#include <chasles/imu/time_gaps.hpp>
 
 namespace chasles {
 namespace {

@@ -1,6 +1,6 @@
-#include <chasles/pipeline/delayed_bias.hpp>
-
 #include <gtest/gtest.h>
+
+#include <chasles/pipeline/delayed_bias.hpp>
 
 namespace chasles {
 namespace {

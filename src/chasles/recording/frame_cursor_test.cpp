@@ -1,6 +1,6 @@
-#include <chasles/recording/frame_cursor.hpp>
-
 #include <gtest/gtest.h>
+
+#include <chasles/recording/frame_cursor.hpp>
 
 namespace chasles {
 namespace {

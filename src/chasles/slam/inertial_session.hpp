@@ -110,7 +110,7 @@ class InertialSession {
   SlamReport report_of_parts() const;
   void keep_map(bool lost);
   bool has_place() const;
-  std::shared_ptr<const LandmarkMap> map_to_look_in() const;
+  std::shared_ptr<const LandmarkMap> map_to_search() const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;

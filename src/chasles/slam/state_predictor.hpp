@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/imu/time_gaps.hpp>
-#include <chasles/estimate/estimate.hpp>
 
 namespace chasles {
 

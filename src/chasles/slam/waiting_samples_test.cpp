@@ -1,9 +1,9 @@
-#include <chasles/slam/waiting_samples.hpp>
-
 #include <initializer_list>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include <chasles/slam/waiting_samples.hpp>
 
 namespace chasles {
 namespace {
