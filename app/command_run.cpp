@@ -96,7 +96,7 @@ Json deliver(const RunCommandOptions& o, const CompletedRun& run, const Stopwatc
     summary = write_run(run.result.run, summary, o.output, take_time);
   }
   if (!o.full_covariance.empty()) {
-    write_full_covariance(*run.estimator->filter(), run.estimator->state_names(),
+    write_full_covariance(*filter_with_joint_map(*run.estimator), run.estimator->state_names(),
                           run.result.run.landmarks, o.full_covariance);
   }
   return with_timing(summary, timing);

@@ -238,7 +238,7 @@ std::vector<Passed> minute_by_minute(const Recording& recording) {
                       .live_bytes = heap_count().live_bytes,
                       .landmarks = estimates.back().landmarks});
   }
-  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.report().resets, 0);
   return passed;
 }
 

@@ -3,6 +3,8 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { defineConfig } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
 
+import { withShell } from './src/page_shell';
+
 // A page is a copy of the packages in it: their licences ask for their notices in every copy.
 const { dependencies } = JSON.parse(readFileSync(`${__dirname}/package.json`, 'utf8'));
 const notices = Object.keys(dependencies).map((name) => {
@@ -15,7 +17,10 @@ const notices = Object.keys(dependencies).map((name) => {
 // One page a build, for each becomes one file: PAGE is page (runs), study or map, OUT the folder.
 export default defineConfig({
   root: __dirname,
-  plugins: [viteSingleFile({ removeViteModuleLoader: true })],
+  plugins: [
+    { name: 'shell', transformIndexHtml: { order: 'pre', handler: withShell } },
+    viteSingleFile({ removeViteModuleLoader: true }),
+  ],
   build: {
     target: 'es2022',
     outDir: process.env.OUT ?? 'dist',

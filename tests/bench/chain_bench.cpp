@@ -120,7 +120,7 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
     if (const auto* tracked = std::get_if<TrackedFrame>(&*item)) {
       cost.report = tracked->report;
       const auto estimates = estimator->process(tracked->frame);
-      feed.note_bias(estimator->gyroscope_bias());
+      feed.note_bias(estimator->status().gyroscope_bias);
       if (!estimates.empty()) cost.estimate = estimates.back();
     }
     before = cpu_ms();

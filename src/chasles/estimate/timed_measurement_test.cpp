@@ -188,7 +188,7 @@ TEST(TimedMeasurement, WaitsForTheStartOfASession) {
   const auto before = std::ranges::count_if(given, [&](Time time) { return time < *started; });
   const auto behind =
       std::ranges::count_if(given, [&](Time time) { return time > recording.frames.back().time; });
-  const TimedMeasurementCounts counts = session.timed_counts();
+  const TimedMeasurementCounts counts = session.report().timed;
   EXPECT_EQ(counts.late, before);
   EXPECT_EQ(counts.used, std::ssize(given) - before - behind);
   EXPECT_GT(counts.used, 150);

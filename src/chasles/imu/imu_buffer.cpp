@@ -54,6 +54,10 @@ ImuSample ImuBuffer::value_between(const ImuSample& before, const ImuSample& aft
 }
 
 bool ImuBuffer::add(const ImuSample& sample) {
+  if (options_.screened) {
+    keep(sample);
+    return true;
+  }
   const auto dropped = [this] {
     const SampleScreen::Counts& c = screen_.counts();
     return c.not_finite + c.not_later + c.zero + c.frozen;
@@ -65,13 +69,16 @@ bool ImuBuffer::add(const ImuSample& sample) {
 
 ImuBuffer::Counts ImuBuffer::counts() const {
   Counts counts = counts_;
-  const SampleScreen::Counts& screened = screen_.counts();
-  counts.not_finite = screened.not_finite;
-  counts.not_later = screened.not_later;
-  counts.zero = screened.zero;
-  counts.spikes = screened.spikes;
-  counts.frozen = screened.frozen;
+  counts.note(screen_.counts());
   return counts;
+}
+
+void ImuBuffer::Counts::note(const SampleScreen::Counts& left_out) {
+  not_finite = left_out.not_finite;
+  not_later = left_out.not_later;
+  zero = left_out.zero;
+  spikes = left_out.spikes;
+  frozen = left_out.frozen;
 }
 
 void ImuBuffer::keep(const ImuSample& sample) {

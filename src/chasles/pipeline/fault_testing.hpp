@@ -178,12 +178,12 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
     }
     feed.note_bias(session.gyroscope_bias());
   }
-  outcome.resets = session.resets();
-  outcome.dropped = session.dropped_frames();
+  outcome.resets = session.report().resets;
+  outcome.dropped = session.report().dropped_frames;
   outcome.unreadable = sensors.unreadable();
   outcome.running = session.running();
   outcome.requirements = session.requirements();
-  outcome.imu = session.imu_counts();
+  outcome.imu = session.report().imu;
   if (!before) return outcome;
   outcome.latest = sensors.seconds(*before);
   outcome.false_ok = false_claims(estimates, recording.truth);

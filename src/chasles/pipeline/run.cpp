@@ -86,7 +86,7 @@ class Player {
                                 },
                                 [&](const auto& sample) { return take(sample); }},
                      *item);
-      if (estimator_.ended() || (was_frame && observer_.stop())) break;
+      if (was_frame && (estimator_.status().ended || observer_.stop())) break;
     }
     for (const Estimate& e : estimator_.finish()) keep(e, {});
     report_.interrupted = observer_.stop();
@@ -122,7 +122,7 @@ class Player {
     const Stopwatch time;
     const std::vector<Estimate> estimates = estimator_.process(frame);
     report_.estimator_seconds += time.seconds();
-    if (tracked != nullptr) feed_.note_bias(estimator_.gyroscope_bias());
+    if (tracked != nullptr) feed_.note_bias(estimator_.status().gyroscope_bias);
     const double each = frame_time_.seconds() / static_cast<double>(estimates.size());
     for (const Estimate& e : estimates) {
       keep(e, {.seconds = each, .latency = started ? feed_.seconds_since(e.time) : std::nullopt});
@@ -148,11 +148,11 @@ class Player {
           recording_.name + ": " +
               (estimator_.started() ? "no frame gave an estimate" : estimator_.why_not_started()));
     }
-    estimator_.check();
-    if (!estimator_.smooths()) return;
-    observer_.on_smoothing();
+    const bool smooths = estimator_.status().smooths;
+    if (smooths) observer_.on_smoothing();
     const Stopwatch time;
-    std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
+    std::vector<Estimate> estimates = estimator_.complete([this] { return observer_.stop(); });
+    if (!smooths) return;
     if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), degrade_for_lens);
     if (estimates.empty()) {
       report_.interrupted = report_.in_smoothing = true;

@@ -75,7 +75,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     const RunReport report = run(twice, *estimator, {}, {.threads = threads}, observer);
     EXPECT_GT(observer.known, 1000);
     EXPECT_EQ(observer.unknown, 0) << "an outcome of no observation of the frame";
-    return Result{.path = estimator->past().poses,
+    return Result{.path = estimator->whole_map().poses,
                   .closures = report.estimator.closures,
                   .recognised = report.estimator.recognised,
                   .known_as = report.estimator.known_as};

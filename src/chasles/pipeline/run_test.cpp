@@ -213,6 +213,15 @@ TEST(Run, AStopDuringBatchEstimationLeavesTheFiltersResult) {
   check(street(), *make_estimator(velocity("batch"), velocity_sensors(street(), {})));
 }
 
+TEST(Run, OnlyTheStereoVelocityFilterHasAJointCovarianceOfItsMap) {
+  for (const char* kind : {"filter", "window:5", "batch"}) {
+    const auto of_street = make_estimator(velocity(kind), velocity_sensors(street(), {}));
+    EXPECT_EQ(filter_with_joint_map(*of_street) != nullptr, std::string(kind) == "filter") << kind;
+    const auto of_hallway = make_estimator(inertial(kind), hallway());
+    EXPECT_EQ(filter_with_joint_map(*of_hallway), nullptr) << kind;
+  }
+}
+
 // A recording that pauses: samples and frames between the times are missing, and all later ones
 // come so much later.
 Recording pausing(double from, double to, double later) {

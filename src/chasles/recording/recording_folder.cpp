@@ -9,6 +9,7 @@
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/recording/calibration.hpp>
+#include <chasles/recording/frame_cursor.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/inertial_tables.hpp>
 #include <chasles/recording/readers.hpp>
@@ -66,17 +67,10 @@ std::vector<FeatureFrame> read_frame_times(const fs::path& file, bool with_pixel
 // Adds the rows of features.csv, which are in order of time, to the frames.
 void read_features(const fs::path& file, std::vector<FeatureFrame>& frames) {
   CsvReader csv(file, kFeatureColumns);
-  auto frame = frames.begin();
+  FrameCursor cursor(frames);
   while (csv.next()) {
-    const Time time = csv.time(0);
-    while (frame != frames.end() && frame->time < time) ++frame;
-    if (frame == frames.end() || frame->time != time) {
-      throw InputError(fmt::format(
-          "{}: {} is no frame of frames.csv at or after that of the row before, expected rows in "
-          "order of time, each of a frame",
-          csv.where(0), time.count()));
-    }
-    frame->observations.push_back(
+    FeatureFrame& frame = cursor.frame_of(csv);
+    frame.observations.push_back(
         {.landmark = csv.integer(1),
          .pixels = {csv.finite(2), csv.finite(3), csv.finite(4), csv.finite(5)}});
   }

@@ -56,10 +56,10 @@ void RobotLog::write(const Estimator& estimator, const std::filesystem::path& fo
   RecordedRun result;
   result.run = run_;
   result.report.estimator = estimator.report();
-  const Past::Estimates past = estimator.past();
-  result.run.landmarks = run_landmarks(past.landmarks, estimator.initial_landmarks());
-  spans_.fill_in(estimator.in_state(), result.run.landmarks);
-  for (const PastPose& pose : past.poses) {
+  const EstimatedMap whole = estimator.whole_map();
+  result.run.landmarks = run_landmarks(whole.landmarks, whole.initial);
+  spans_.fill_in(whole.in_state, result.run.landmarks);
+  for (const PastPose& pose : whole.poses) {
     result.run.smoothed.push_back(
         {.time = pose.time, .world_T_imu = pose.map_T_imu, .pose_covariance = pose.covariance});
   }

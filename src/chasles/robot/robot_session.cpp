@@ -19,8 +19,7 @@ constexpr auto kBetweenPolls = std::chrono::milliseconds(500);
 RobotSession::RobotSession(std::unique_ptr<VisualInertialSlam> made, const RobotSetup& setup,
                            const Recording& sensors, const InertialRunSettings& of_run,
                            const RealtimeSlam::Callback& on_estimates)
-    : predictor_(made->predictor()),
-      order_({.cameras = setup.calibration.cameras.size(),
+    : order_({.cameras = setup.calibration.cameras.size(),
               .patience = setup.lossless ? Time::max() : SensorOrder::Options{}.patience}),
       leaps_of_images_(setup.calibration.cameras.size()),
       callback_(on_estimates) {
@@ -56,7 +55,6 @@ void RobotSession::note(std::span<const Estimate> estimates, VisualInertialSlam&
   for (const Estimate& e : estimates) latency_.estimated(e.time);
   {
     const std::lock_guard lock(state_mutex_);
-    predictor_.correct(estimates.back());
     last_ = estimates.back();
   }
   has_estimate_ = true;
@@ -110,9 +108,9 @@ void RobotSession::finish() {
 
 // `order_mutex_` is locked in the next three.
 void RobotSession::take(const ImuSample& sample) {
+  slam_->predict_with(sample);
   {
     const std::lock_guard lock(state_mutex_);
-    predictor_.add(sample);
     ++samples_;
   }
   order_.add(sample);
@@ -131,16 +129,11 @@ void RobotSession::pass_on(std::vector<SensorEvent> events) {
     for (const auto& leaps : leaps_of_images_) wrong_stamps_ += leaps.wrong();
   }
   for (SensorEvent& event : events) {
-    std::visit(Overloaded{[&](const ImuSample& sample) { slam_->process(sample); },
+    std::visit(Overloaded{[&](const ImuSample& sample) { slam_->pass_on(sample); },
                           [&](ImageFrame& images) { slam_->process(std::move(images)); },
                           [](const auto& /*other*/) {}},
                event);
   }
-}
-
-std::optional<PredictedState> RobotSession::predicted(Time time) {
-  const std::lock_guard lock(state_mutex_);
-  return predictor_.at(time);
 }
 
 RobotReport RobotSession::report() {

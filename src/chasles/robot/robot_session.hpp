@@ -46,7 +46,7 @@ class RobotSession {
   void end_callbacks();
 
   bool has_estimate() const { return has_estimate_; }
-  std::optional<PredictedState> predicted(Time time);
+  std::optional<PredictedState> predicted(Time time) const { return slam_->predicted(time); }
   /// All but `resets`. Waits for nothing that the estimator does.
   RobotReport report();
 
@@ -63,8 +63,7 @@ class RobotSession {
   void take(ArrivedImage&& image);
   void pass_on(std::vector<SensorEvent> events);
 
-  std::mutex state_mutex_;  // of the next seven
-  StatePredictor predictor_;
+  std::mutex state_mutex_;  // of the next six
   std::optional<Estimate> last_;
   std::size_t samples_ = 0;
   SensorOrder::Counts counts_;

@@ -92,9 +92,9 @@ class Recorder : public RunObserver {
     coverage.estimated = std::min(
         coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));
     result_.report = std::move(report);
-    const Past::Estimates past = estimator_.past();
-    result_.run.landmarks = map(past.landmarks);
-    for (const PastPose& pose : past.poses) {
+    const EstimatedMap whole = estimator_.whole_map();
+    result_.run.landmarks = map(whole);
+    for (const PastPose& pose : whole.poses) {
       result_.run.smoothed.push_back(
           {.time = pose.time, .world_T_imu = pose.map_T_imu, .pose_covariance = pose.covariance});
     }
@@ -176,16 +176,16 @@ class Recorder : public RunObserver {
     return result_.run.states.back();
   }
 
-  std::vector<RunLandmark> map(const std::vector<MapLandmark>& landmarks) const {
-    std::vector<RunLandmark> map = run_landmarks(landmarks, estimator_.initial_landmarks());
-    spans_.fill_in(estimator_.in_state(), map);
+  std::vector<RunLandmark> map(const EstimatedMap& whole) const {
+    std::vector<RunLandmark> map = run_landmarks(whole.landmarks, whole.initial);
+    spans_.fill_in(whole.in_state, map);
     return map;
   }
 
   LiveMap live_map() const {
     const nlohmann::ordered_json known =
         recognition_json(estimator_.report(), result_.run, result_.has_prior_map);
-    return {.landmarks = map(estimator_.map()),
+    return {.landmarks = map(estimator_.whole_map()),
             .known = json_text(known),
             .prior_map = result_.run.prior_map};
   }

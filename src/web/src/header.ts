@@ -1,6 +1,7 @@
 // The line below the name, and the numbers at the time cursor.
 import { AXES, type Columns } from './data';
-import { byId, fixed, grouped, isScalar, make, number, setText } from './format';
+import { byId, fixed, grouped, make, number, setText } from './format';
+import { showLine } from './page_line';
 import { activeRun, chartOf, type Run } from './runs';
 import { app, setActive } from './store';
 
@@ -8,15 +9,9 @@ export function showRunLine(): void {
   const run = activeRun(), s = run.summary, { t } = run;
   const chart = chartOf(run), settings = (s.settings ?? {}) as Record<string, unknown>;
   const mode = [settings.mode, s.mode].find((v) => typeof v === 'string');
-  const parts = [mode, chart && `chart ${chart}`, `${grouped(run.count)} frames`,
+  showLine(run, [mode, chart && `chart ${chart}`, `${grouped(run.count)} frames`,
     t.length > 1 && `${number(t[t.length - 1])} s`, `${number(pathLength(run.states))} m`,
-    `${grouped(run.landmarks.id.length)} landmarks${run.savedMap ? ' beside those of the map' : ''}`];
-  byId('run-line').textContent = parts.filter(Boolean).join('  ·  ');
-  byId('run-name').textContent = run.name || 'Chasles';
-  byId('run-name').title = run.name;
-  document.title = `${run.label} – Chasles`;
-  const version = isScalar(s.version) && s.version ? ` ${s.version}` : '';
-  byId('version').textContent = `Chasles${version}.`;
+    `${grouped(run.landmarks.id.length)} landmarks${run.savedMap ? ' beside those of the map' : ''}`]);
 }
 
 function pathLength({ x, y, z }: Columns): number {

@@ -4,8 +4,9 @@ import '../styles/map.css';
 
 import { pageData, quantile } from './data';
 import { startExact } from './exact';
-import { byId, grouped, isNumber, isScalar, make, number } from './format';
+import { byId, grouped, isNumber, make, number } from './format';
 import { type Bins, evenBins, histogram, logBins } from './histogram';
+import { showLine } from './page_line';
 import { activeRun, decodeRun, labelRuns, type RawRun } from './runs';
 import { type SavedMap, sessionColour } from './saved_map';
 import { app, setActive } from './store';
@@ -14,13 +15,8 @@ import { startTheme } from './theme';
 import { World } from './world';
 
 function showHead({ marks, sessions }: SavedMap): void {
-  const run = activeRun(), { version } = run.summary;
-  byId('run-name').textContent = run.name || 'Chasles';
-  byId('run-name').title = run.name;
-  byId('run-line').textContent = `saved map  ·  ${grouped(marks.id.length)} landmarks  ·  ` +
-    `${sessions.length} session${sessions.length === 1 ? '' : 's'}`;
-  document.title = `${run.label} – Chasles`;
-  byId('version').textContent = `Chasles${isScalar(version) && version ? ` ${version}` : ''}.`;
+  showLine(activeRun(), ['saved map', `${grouped(marks.id.length)} landmarks`,
+    `${sessions.length} session${sessions.length === 1 ? '' : 's'}`]);
 }
 
 function showCards({ marks, sigma }: SavedMap): void {

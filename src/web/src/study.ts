@@ -4,8 +4,9 @@ import '../styles/page.css';
 import '../styles/study.css';
 
 import { pageData } from './data';
-import { asNumber, byId, grouped, isNumber, isScalar, number } from './format';
+import { asNumber, byId, grouped, isNumber, number } from './format';
 import { startPicker } from './header';
+import { showLine } from './page_line';
 import { followStore } from './plot_list';
 import { app, listen, setActive } from './store';
 import { activeStudy, decodeStudy, figuresOf, labelStudies, paperPlace, type RawStudy } from './studies';
@@ -20,15 +21,10 @@ import { startTheme } from './theme';
 
 function showStudyLine(): void {
   const study = activeStudy(), s = study.summary, { t } = study;
-  const parts = [study.single ? 'one run' : `${grouped(asNumber(s.runs))} runs`,
+  showLine(study, [study.single ? 'one run' : `${grouped(asNumber(s.runs))} runs`,
     `${grouped(study.filters.length)} filter${study.filters.length === 1 ? '' : 's'}`,
     isNumber(s.seed) && `seed ${s.seed}`, t.length > 1 && `${number(t[t.length - 1])} s`,
-    study.folder];
-  byId('run-line').textContent = parts.filter(Boolean).join('  ·  ');
-  byId('run-name').textContent = study.name;
-  byId('run-name').title = study.name;
-  document.title = `${study.label} – Chasles`;
-  byId('version').textContent = `Chasles${isScalar(s.version) && s.version ? ' ' + s.version : ''}.`;
+    study.folder]);
   byId('plots-help').hidden = t.length < 2;
 }
 

@@ -5,6 +5,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>

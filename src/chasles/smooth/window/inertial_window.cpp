@@ -23,9 +23,10 @@ struct InertialWindow::Implementation {
         settings(validated(s)),
         report(),
         sliding(keyframes, settings, error_chart(chart), BlockSizes{}),
+        screen(input.imu.range()),
         buffer(input.imu),
         choice(input, settings, report.dropped_frames),
-        gaps(input.imu.range(), input.start.time) {
+        gaps(input.start.time) {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
@@ -37,9 +38,11 @@ struct InertialWindow::Implementation {
     input.samples.clear();
     input.frames.clear();
     input.initial.clear();
+    input.imu.screened = true;
     return input;
   }
 
+  ImuBuffer::Counts counts() const;
   void check_gap(Time frame) const;
   std::vector<Estimate> take_covered(bool all);
   std::optional<Estimate> take(const FeatureFrame& frame);
@@ -58,16 +61,23 @@ struct InertialWindow::Implementation {
   WindowReport report;
   SlidingWindow sliding;
   BatchGraph graph;  // the states of the window's keyframes, and their links
+  SampleScreen screen;
   ImuBuffer buffer;
   KeyframeChoice choice;
   WaitingFrames<FeatureFrame> waiting;
-  SampleGaps gaps;  // from the start on
-  std::optional<SampleGaps::Gap> gap;
+  TimeGaps gaps;  // from the start on
+  std::optional<TimeGaps::Gap> gap;
   Tracks tracks;
   std::vector<LandmarkId> seen;  // of the present frame, not in the window
   int last_frame = -1;
   RecentUse recent;
 };
+
+ImuBuffer::Counts InertialWindow::Implementation::counts() const {
+  ImuBuffer::Counts counts = buffer.counts();
+  counts.note(screen.counts());
+  return counts;
+}
 
 // The motion during a gap is unknown: a later frame cannot be linked to those before.
 void InertialWindow::Implementation::check_gap(Time frame) const {
@@ -105,7 +115,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   }
   tracks.drop(optimised.culled, report);
   read_states();
-  report.imu = buffer.counts();
+  report.imu = counts();
   Estimate found = estimate(*time, optimised);
   report.seconds += processor_seconds() - started;
   return found;
@@ -237,9 +247,11 @@ InertialWindow::InertialWindow(const InertialBatchInput& input, const std::strin
 InertialWindow::~InertialWindow() = default;
 
 std::vector<Estimate> InertialWindow::process(const ImuSample& sample) {
-  const auto gap = of_->gaps.add(sample);
-  if (!of_->gap) of_->gap = gap;
-  of_->buffer.add(sample);
+  for (const ImuSample& measured : of_->screen.add(sample)) {
+    const auto gap = of_->gaps.add(measured.time);
+    if (!of_->gap) of_->gap = gap;
+    of_->buffer.add(measured);
+  }
   return of_->take_covered(false);
 }
 
@@ -253,7 +265,7 @@ std::vector<Estimate> InertialWindow::finish() {
     throw InputError("a window needs IMU samples: none in the recording is finite");
   }
   std::vector<Estimate> estimates = of_->take_covered(true);
-  of_->report.imu = of_->buffer.counts();
+  of_->report.imu = of_->counts();
   return estimates;
 }
 
