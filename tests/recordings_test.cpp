@@ -54,7 +54,7 @@ Result run(const Recording& recording, const VelocitySlamSettings& settings) {
       result.estimates.push_back(slam.process(std::get<FeatureFrame>(*event)));
     }
   }
-  result.map = slam.filter().map();
+  result.map = slam.filter().past().map();
   return result;
 }
 

@@ -4,6 +4,8 @@
 
 #include <Eigen/QR>
 
+#include <chasles/filter/mirror_lower.hpp>
+
 namespace chasles::bench {
 namespace {
 
@@ -159,7 +161,7 @@ bool DenseForm<S>::update(const Work<S>& w) {
   if (!whiten(w, 0, W, e)) return false;
   correction_.noalias() = W * e;
   add_square_lower<S>(-1, W, P);
-  mirror_lower<S>(P);
+  dense::mirror_lower_of(P);
   return true;
 }
 

@@ -96,7 +96,7 @@ struct Drive {
 // which would take minutes; the time of a frame does not depend on the values.
 void frame(benchmark::State& state, Ekf::Map map) {
   Drive drive("right-sen3", map, kInView);
-  while (drive.filter.map_size() < state.range(0)) drive.exchange(kInView / 2);
+  while (drive.filter.past().map_size() < state.range(0)) drive.exchange(kInView / 2);
   for (auto _ : state) drive.frame();
 }
 
@@ -119,7 +119,7 @@ void update(benchmark::State& state) {
 void read_map(benchmark::State& state) {
   Drive drive("right-sen3", Ekf::Map::kHistory, kInView);
   for (int i = 0; i < state.range(0); ++i) drive.frame();
-  for (auto _ : state) benchmark::DoNotOptimize(drive.filter.map());
+  for (auto _ : state) benchmark::DoNotOptimize(drive.filter.past().map());
   state.counters["ms_per_frame"] = benchmark::Counter(
       static_cast<double>(state.range(0)) * 1e-3,
       benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);

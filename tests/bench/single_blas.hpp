@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cblas.h>
 #include <type_traits>
 
@@ -91,22 +90,6 @@ bool cholesky(BlockOf<S> A) {
     dpotrf_("L", &n, A.data(), &stride, &info);
   }
   return info == 0 && A.diagonal().allFinite();
-}
-
-/// The upper triangle of P <- the lower one.
-template <typename S>
-void mirror_lower(BlockOf<S> P) {
-  constexpr Eigen::Index kTile = 32;
-  const Eigen::Index n = P.rows();
-  for (Eigen::Index j = 0; j < n; j += kTile) {
-    const Eigen::Index b = std::min(kTile, n - j);
-    P.block(j, j, b, b).template triangularView<Eigen::StrictlyUpper>() =
-        P.block(j, j, b, b).transpose();
-    for (Eigen::Index i = j + kTile; i < n; i += kTile) {
-      const Eigen::Index h = std::min(kTile, n - i);
-      P.block(j, i, b, h) = P.block(i, j, h, b).transpose();
-    }
-  }
 }
 
 }  // namespace chasles::bench

@@ -161,7 +161,7 @@ TEST(Consider, TheMapIsNotChanged) {
       ekf.retire(std::array{before});
       test::walk_on(ekf, random);
     }
-    const Carried all = ekf.recall(numbers);
+    const Carried all = ekf.past().recall(numbers);
     ASSERT_EQ(all.items.size(), numbers.size());
     const int fixed = kShared - kOfFrame;
     EXPECT_TRUE(test::agree(all.P.topLeftCorner(fixed, fixed), MatrixXd::Identity(fixed, fixed),

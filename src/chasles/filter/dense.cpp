@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 
 #include <chasles/filter/dense.hpp>
+#include <chasles/filter/mirror_lower.hpp>
 
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
@@ -223,19 +224,6 @@ void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C) {
               as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));
 }
 
-void mirror_lower(Block P) {
-  // Tiles small enough that source and destination stay in the first-level cache.
-  constexpr Eigen::Index kTile = 32;
-  const Eigen::Index n = P.rows();
-  for (Eigen::Index j = 0; j < n; j += kTile) {
-    const Eigen::Index width = std::min(kTile, n - j);
-    P.block(j, j, width, width).template triangularView<Eigen::StrictlyUpper>() =
-        P.block(j, j, width, width).transpose();
-    for (Eigen::Index i = j + width; i < n; i += kTile) {
-      const Eigen::Index height = std::min(kTile, n - i);
-      P.block(j, i, width, height) = P.block(i, j, height, width).transpose();
-    }
-  }
-}
+void mirror_lower(Block P) { mirror_lower_of(P); }
 
 }  // namespace chasles::dense

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/base/error.hpp>
+#include <chasles/filter/considered_map.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/whitening.hpp>
@@ -18,10 +19,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Simultaneously initialised landmarks are recorded in parts. The cost of evaluating the history
-// grows with the square of the size of a part, but many small parts are slow too.
-constexpr int kRowsOfAnAddition = 30;
-
 constexpr int kMaxRows = 6;  // of one measurement, given by its types
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
@@ -29,20 +26,18 @@ using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMa
 
 Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance, Options options)
     : chart_(&chart),
-      options_(options),
+      keep_scale_(options.keep_scale),
       state_(std::move(initial)),
       covariance_(core_covariance),
-      past_(options.past),
-      history_(core_covariance, options.map_bytes) {
+      past_(core_covariance,
+            {.map = options.map, .past = options.past, .map_bytes = options.map_bytes}) {
   dense::prepare();
-  latest_.clear(covariance_.size());
-  if (remembers() && state_.calibration_size() > 0) {
-    throw UsageError("estimated extrinsics and time offset need a filter without Map::kHistory");
+  if (state_.calibration_size() > 0) {
+    past_.reject_with_history("estimated extrinsics and time offset need");
   }
-  if (options_.keep_scale && (remembers() || !state_.v_world)) {
-    throw UsageError("keep_scale needs an inertial filter without Map::kHistory");
-  }
-  if (options_.keep_scale && chart.name == kLeftSe3Chart.name) {
+  if (keep_scale_) past_.reject_with_history("keep_scale needs");
+  if (keep_scale_ && !state_.v_world) throw UsageError("keep_scale needs an inertial filter");
+  if (keep_scale_ && chart.name == kLeftSe3Chart.name) {
     throw UsageError(
         "keep_scale needs a chart other than left-se3, whose pose errors rotate with the body");
   }
@@ -54,8 +49,7 @@ MatrixXd Ekf::core_covariance() const {
 }
 
 void Ekf::propagate(const Prediction& prediction) {
-  if (remembers()) history_.keep_bound(covariance_);
-  if (options_.map == Map::kPast) end_segment_when_due();
+  past_.propagate(prediction.F, prediction.Q, covariance_);
   state_.world_T_imu = prediction.world_T_imu;
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
   state_.v_world = prediction.v_world;
@@ -69,21 +63,10 @@ void Ekf::propagate(const Prediction& prediction) {
   core.noalias() = P.topLeftCorner(n, n) * prediction.F.transpose();
   P.topLeftCorner(n, n) = core + prediction.Q;
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
-  if (latest_.variables() > 0) {
-    auto of_core = latest_.Z().leftCols(n);
-    auto F_transposed = work_.other.take(n, n);
-    F_transposed = prediction.F.transpose();
-    auto moved_core = work_.product.take(of_core.rows(), n);
-    dense::multiply(of_core, F_transposed, moved_core);
-    of_core = moved_core;
-  }
-  if (remembers()) {
-    history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
-  }
 }
 
 void Ekf::add_noise(int landmark, const Eigen::Matrix3d& noise) {
-  if (remembers()) throw UsageError("landmarks that move need a filter without Map::kHistory");
+  past_.reject_with_history("landmarks that move need");
   const int row = state_.landmarks[static_cast<std::size_t>(landmark)].row;
   covariance_.all().block<3, 3>(row, row) += noise;
 }
@@ -174,7 +157,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   if (accepted.empty()) return report;
 
   const std::optional<Whitened> z =
-      whiten(accepted, covariance_, latest_.Z(), state_, work_.whitening);
+      whiten(accepted, covariance_, past_.Z(), state_, work_.whitening);
   report.failed = !z;
   if (!z) return report;
   report.nis = z->nis;
@@ -182,20 +165,18 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   auto delta = work_.delta.take<VectorXd>(z->W.rows());
   delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());
-  latest_.correct(*z);
   if (state_.considered) leave_unused(*z, delta);
+  past_.correct(accepted, *z, delta);
 
-  History::Correction record;
-  if (remembers()) remember(accepted, delta, record);
   State& before = work_.before;
   before.landmarks.reserve(state_.landmarks.capacity());
   before.clones.reserve(state_.clones.capacity());
   before = state_;
   correct_mean(state_, delta);
-  change_chart(before, record);
-  if (options_.keep_scale) keep_scale(before);
+  change_chart(before);
+  if (keep_scale_) keep_scale(before);
   dense::mirror_lower(covariance_.all());
-  if (remembers()) history_.append(std::move(record));
+  past_.end_correction();
   for (const Measurement* used : accepted) {
     if (used->landmark >= 0) {
       ++state_.landmarks[static_cast<std::size_t>(used->landmark)].observations;
@@ -213,7 +194,7 @@ std::optional<State> Ekf::updated_mean(std::span<const Measurement> measurements
   State mean = state_;
   VectorXd delta = z->W * z->w;
   if (state_.considered) {
-    const Unused unused = unused_gain(*z);
+    const UnusedGain unused = unused_gain(state_, past_.left(), *z);
     delta(unused.rows) -= unused.D * z->w;
   }
   correct_mean(mean, delta);
@@ -259,50 +240,12 @@ void Ekf::gate(std::span<const Measurement> measurements) const {
   }
 }
 
-void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
-                   History::Correction& record) const {
-  const int n = state_.core_size();
-  record.delta = delta;
-  record.core = MatrixXd::Zero(n, n);
-  record.core_vector = VectorXd::Zero(n);
-  record.landmarks.reserve(used.size());
-  for (const Measurement* z : used) {
-    const Eigen::Index w = z->d_core.cols();
-    const SmallMatrix weight = small::inverse_symmetric(z->noise);
-    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Measurement::kMaxCoreColumns,
-                        kMaxRows>
-        core = z->d_core.transpose() * weight;
-    record.core.block(z->core_column, z->core_column, w, w) += core * z->d_core;
-    record.core_vector.segment(z->core_column, w) += core * z->residual;
-    if (z->landmark < 0) continue;
-    record.landmarks.push_back({
-        .index = z->landmark,
-        .with_pose = core * z->d_landmark,
-        .own = z->d_landmark.transpose() * weight * z->d_landmark,
-        .vector = z->d_landmark.transpose() * weight * z->residual,
-    });
-  }
-}
-
-// The new rows' cross-covariance with the variables of the segment.
-void Ekf::add_to_latest(std::span<const NewLandmark> landmarks, int first) {
-  auto Z = latest_.Z();
-  for (const NewLandmark& landmark : landmarks) {
-    auto own = Z.middleCols<3>(first);
-    own.noalias() = Z.leftCols<6>() * landmark.d_pose.transpose();
-    for (const NewLandmark::OfClone& clone : landmark.clones) {
-      own.noalias() += Z.middleCols<6>(clone.row) * clone.d.transpose();
-    }
-    first += 3;
-  }
-}
-
 void Ekf::add(std::span<const NewLandmark> landmarks) {
   if (landmarks.empty()) return;
   const int old_size = covariance_.size();
   const int rows = 3 * static_cast<int>(landmarks.size());
   covariance_.append(rows);
-  latest_.append_rows(rows);
+  past_.add(landmarks, old_size);
   auto P = covariance_.all();
   auto d_pose = work_.B.take(rows, 6);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
@@ -317,7 +260,6 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
       cross.middleRows<3>(3 * static_cast<int>(i)) += more;
     }
   }
-  if (latest_.variables() > 0) add_to_latest(landmarks, old_size);
   P.block(old_size, 0, rows, old_size) = cross;
   P.block(0, old_size, old_size, rows) = cross.transpose();
   auto own = work_.other.take(rows, rows);
@@ -342,15 +284,6 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
                                 .inverse_depth = landmarks[i].inverse_depth,
                                 .camera = landmarks[i].camera});
     state_.landmarks.back().first = state_.p_world(state_.landmarks.back());
-  }
-  if (!remembers()) return;
-  for (int first = 0; first < rows; first += kRowsOfAnAddition) {
-    const int count = std::min(kRowsOfAnAddition, rows - first);
-    History::Addition step{.d_pose = d_pose.middleRows(first, count), .noise = MatrixXd(3, count)};
-    for (int row = 0; row < count; row += 3) {
-      step.noise.middleCols<3>(row) = landmarks[static_cast<std::size_t>((first + row) / 3)].noise;
-    }
-    history_.append(std::move(step));
   }
 }
 

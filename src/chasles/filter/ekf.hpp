@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,9 +9,9 @@
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/measurement.hpp>
-#include <chasles/filter/past/history.hpp>
-#include <chasles/filter/past/latest_segment.hpp>
-#include <chasles/filter/past/past.hpp>
+#include <chasles/filter/past/kept_past.hpp>
+#include <chasles/filter/past/past_view.hpp>
+#include <chasles/filter/present_landmark.hpp>
 #include <chasles/filter/scratch.hpp>
 #include <chasles/filter/state.hpp>
 
@@ -51,20 +50,14 @@ struct Innovation {
 };
 
 /// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
-/// leaves the state and causes no further cost. The history of the filter's steps gives its mean
-/// and covariance on request, equal to those of a filter over the whole map (docs/map.md). Charts
-/// act on the state only: the error of a retired landmark is additive. The filter keeps its
-/// workspace: with a constant state size it allocates no heap memory. Use a filter from one thread
-/// at a time, including its const functions.
+/// leaves the state and causes no further cost. past() gives its mean and covariance on request,
+/// equal to those of a filter over the whole map (docs/map.md). Charts act on the state only: the
+/// error of a retired landmark is additive. The filter keeps its workspace: with a constant state
+/// size it allocates no heap memory. Use a filter from one thread at a time, including its const
+/// functions.
 class Ekf {
  public:
-  /// What becomes of the landmarks that leave the state (docs/map.md).
-  enum class Map {
-    kFrozen,   ///< each keeps its mean and covariance; later measurements do not change them
-    kHistory,  ///< map() has what later measurements say about them; no clones, calibration or nav
-    kPast,     ///< so has past_estimates(), of poses too; they can return into the state
-    kDense,    ///< they stay in one dense covariance, at a cost that grows: a reference for tests
-  };
+  using Map = KeptPast::Map;
   struct Options {
     Map map = Map::kHistory;
     Past::Options past = {};  ///< with Map::kPast
@@ -147,14 +140,9 @@ class Ekf {
   void remember_pose(Time time);
   void remember_pose(Time time, const SE3& map_T_imu, const Eigen::MatrixXd& d_core);
 
-  /// Past landmarks (numbers of past(), rising) with all that is known now: their covariance, that
-  /// with the errors of the state, and the corrections of their means since they left. Requires
-  /// past.recalls.
-  Carried recall(std::span<const int> numbers) const;
-
   /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
   /// covariance with all other states, as if they had not left. Throws UsageError for a number
-  /// that cannot return (Past::can_return), as without past.recalls.
+  /// that cannot return, as without past.recalls.
   void revive(std::span<const int> numbers);
 
   /// Landmarks from elsewhere become past landmarks, which can return. Returns the number of the
@@ -169,40 +157,16 @@ class Ekf {
   /// for a second map.
   int consider(PriorMap prior);
 
-  /// What recall() gives, and the landmarks of the state (indices) in the axes of the map after
-  /// them: items with the number -1, whose corrections are their positions.
-  Carried recall(std::span<const int> numbers, std::span<const int> landmarks) const;
-
   /// These past landmarks (numbers of past()) do not return: the return of others costs less.
   void marginalise(std::span<const int> numbers);
 
-  /// The estimates of all past states and of the landmarks in the state, given all measurements.
-  /// With Map::kPast it requires past.records.
-  Past::Estimates past_estimates() const;
-  const Past& past() const { return past_; }
+  /// What is known now of the states that have left, and of the whole map.
+  PastView past() const { return {past_, state_, covariance_}; }
 
   /// The position of a landmark of the state (index into State::landmarks), with its covariance.
   MapLandmark landmark(int index) const {
-    return as_of_now(state_.landmarks[static_cast<std::size_t>(index)]);
+    return as_of_now(state_, covariance_, state_.landmarks[static_cast<std::size_t>(index)]);
   }
-
-  /// Memory of the steps from which the map is computed.
-  std::size_t map_bytes() const { return history_.bytes(); }
-
-  /// Number of landmarks in the whole map: retired ones and those in the state. Landmarks with a
-  /// non-positive inverse depth have no position and do not count.
-  int map_size() const;
-
-  /// The current estimate of the whole map: retired landmarks in the order of retirement, then
-  /// those of the state; with Map::kPast and kDense in nav axes where nav_T_world is a state, else
-  /// in world axes. The computing time is proportional to the length of the history.
-  std::vector<MapLandmark> map() const;
-
-  /// The covariance of the whole map in the order of map(), 3 rows each, followed by the core, by
-  /// block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the columns
-  /// 0 … r + block.rows(). The visitor decides what to store: the lower triangle for 8,000
-  /// landmarks takes 2.3 GB. Throws UsageError where a bound on the memory has removed steps.
-  void visit_map_covariance(const History::RowVisitor& visit) const;
 
  private:
   // Has no meaning between two calls, except for the report.
@@ -210,7 +174,6 @@ class Ekf {
     UpdateReport report;
     std::vector<const Measurement*> accepted;
     State before;
-    std::vector<Landmark> gone;
     std::vector<int> rows;
     struct Rows {
       int* first;
@@ -222,67 +185,28 @@ class Ekf {
   };
 
   Innovation innovation(const Measurement& measurement) const;
+  void gate(std::span<const Measurement> measurements) const;
   void correct_mean(State& x, const ErrorRef& delta) const;
-  void change_chart(const State& before, History::Correction& record);
+  void change_chart(const State& before);
   void change_chart_of_clones(const State& before);
   void keep_scale(const State& before);
-  bool remembers() const { return options_.map == Map::kHistory; }
-  bool has_past() const { return options_.map == Map::kPast || options_.map == Map::kDense; }
-  struct RowTerm {
-    int row = 0;
-    Eigen::Matrix3d d;
-  };
-  void substitute(int row, std::span<const RowTerm> terms);
-  MapLandmark in_map_axes(const Landmark& landmark) const;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> derivative_in_map_axes(const Landmark& landmark) const;
+  std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
+  void leave_unused(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
+  void substitute(int row, std::span<const KeptPast::RowTerm> terms);
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
-  void add_dense(const PriorMap& prior);
-  void check_fits(const PriorMap& prior) const;
-  bool is_considered(int number) const;
-  std::pair<std::vector<int>, std::vector<int>> apart(std::span<const int> numbers) const;
-  Eigen::Vector3d considered_place(const State& x, int number) const;
-  void put_considered_in_place(State& x, const ErrorRef& delta) const;
-  /// What an update would have measured of a considered map: P is larger by D D^T, and D w is not
-  /// corrected. `rows` are those of D in the error vector.
-  struct Unused {
-    std::vector<int> rows;
-    Eigen::MatrixXd D;
-  };
-  Unused unused_gain(const Whitened& z) const;
-  void leave_unused(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
-  /// Past states of a considered map as linear functions of the errors of the state.
-  struct OfState {
-    std::vector<Segment::Item> items;
-    Eigen::MatrixXd d, own;
-    Eigen::VectorXd correction;
-  };
-  OfState considered_of_state(std::span<const int> numbers) const;
-  Carried recall_considered(std::span<const int> considered, const Carried& others) const;
-  void revive_considered(std::span<const int> numbers);
-  void drop_considered(int number);
-  void append_considered(Past::Estimates& estimates) const;
-  void leave(std::span<const int> indices);
-  void end_segment_when_due();
+  void revive_others(const std::vector<int>& numbers);
+  void revive_considered(const std::vector<int>& numbers);
+  void follow_the_changes(std::span<const Eigen::Vector3d> as_they_left);
   void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,
                             const std::optional<Eigen::VectorXd>& scale);
-  std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
   void keep_rows();
-  void add_to_latest(std::span<const NewLandmark> landmarks, int first);
-  void visit_dense_covariance(const History::RowVisitor& visit) const;
-  MapLandmark as_of_now(const Landmark& landmark) const;
-  void gate(std::span<const Measurement> measurements) const;
-  void remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
-                History::Correction& record) const;
 
   const ErrorChart* chart_;
-  Options options_;
+  bool keep_scale_;
   State state_;
   Covariance covariance_;
-  LatestSegment latest_;  ///< past states, and what they need
-  Past past_;
-  History history_;
-  std::vector<MapLandmark> frozen_;
+  KeptPast past_;
   mutable Workspace work_;
 };
 

@@ -13,14 +13,13 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 void Ekf::clone_pose(int id, Time time) {
-  if (remembers()) throw UsageError("clones need a filter without Map::kHistory");
+  past_.reject_with_history("clones need");
   const int row = covariance_.append(6);
   auto P = covariance_.all();
   P.block(row, 0, 6, row) = P.topLeftCorner(6, row);
   P.block(0, row, row, 6) = P.topLeftCorner(row, 6);
   P.block<6, 6>(row, row) = P.topLeftCorner<6, 6>();
-  latest_.append_rows(6);
-  latest_.Z().rightCols<6>() = latest_.Z().leftCols<6>();
+  past_.clone_pose();
   state_.clones.push_back({.id = id,
                            .time = time,
                            .world_T_imu = state_.world_T_imu,
@@ -65,14 +64,7 @@ void Ekf::make_cartesian(int index) {
     columns += more_columns;
   }
   P.middleCols<3>(landmark.row) = columns;
-  if (latest_.variables() > 0) {
-    auto Z = latest_.Z();
-    Eigen::Matrix<double, Eigen::Dynamic, 3> of_point =
-        Z.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
-        Z.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
-    if (camera) of_point += Z.middleCols<6>(*camera) * J_camera.transpose();
-    Z.middleCols<3>(landmark.row) = of_point;
-  }
+  past_.make_cartesian(landmark.row, clone.row, J, camera, J_camera);
   const Matrix3d own = P.block<3, 3>(landmark.row, landmark.row);
   P.block<3, 3>(landmark.row, landmark.row) = (own + own.transpose()) / 2;
   landmark.p_world = state_.p_world(landmark);
@@ -85,7 +77,7 @@ double Ekf::inverse_depth_sigma(const Landmark& landmark) const {
 }
 
 void Ekf::compose() {
-  if (remembers()) throw UsageError("composition needs a filter without Map::kHistory");
+  past_.reject_with_history("composition needs");
   if (!state_.nav_T_world) throw UsageError("composition needs nav_T_world in the state");
   const SE3 imu_T_world = state_.world_T_imu.inverse();
   const Matrix3d Rt = imu_T_world.R;
@@ -109,10 +101,6 @@ void Ekf::compose() {
     move(landmark.row, landmark.p_world, true);
     landmark.p_world = imu_T_world * landmark.p_world;
   }
-  for (MapLandmark& landmark : frozen_) {
-    landmark.p_world = imu_T_world * landmark.p_world;
-    landmark.covariance = Rt * landmark.covariance * Rt.transpose();
-  }
   for (Clone& clone : state_.clones) {
     J.block<3, 3>(clone.row, 0) = -Rt;
     J.block<3, 3>(clone.row, clone.row) = Rt;
@@ -135,7 +123,7 @@ void Ekf::compose() {
   J_transposed = J.transpose();
   dense::multiply(JP, J_transposed, P);
   dense::mirror_lower(P);
-  if (latest_.variables() > 0) latest_.Z() = dense::product(latest_.Z(), J_transposed);
+  past_.compose(imu_T_world, J_transposed);
 }
 
 }  // namespace chasles

@@ -137,8 +137,8 @@ TEST_P(EkfClonesTest, RetiredLandmarksKeepWhatTheyHad) {
   const int unused[] = {1, 2};
   filter.remove_clones(unused);
   expect_rows_without_gaps(filter);
-  EXPECT_EQ(filter.map_size(), 6);
-  const std::vector<MapLandmark> map = filter.map();
+  EXPECT_EQ(filter.past().map_size(), 6);
+  const std::vector<MapLandmark> map = filter.past().map();
   ASSERT_EQ(map.size(), 6u);
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& landmark = before.landmarks[static_cast<std::size_t>(gone[i])];
@@ -201,12 +201,12 @@ TEST_P(EkfClonesTest, LandmarksBeyondInfinityAreNotOfTheMap) {
   const auto has_it = [](const std::vector<MapLandmark>& map) {
     return std::ranges::any_of(map, [](const MapLandmark& l) { return l.id == 101; });
   };
-  EXPECT_EQ(filter.map_size(), 5);
-  EXPECT_EQ(filter.map().size(), 5u);
-  EXPECT_FALSE(has_it(filter.map()));
+  EXPECT_EQ(filter.past().map_size(), 5);
+  EXPECT_EQ(filter.past().map().size(), 5u);
+  EXPECT_FALSE(has_it(filter.past().map()));
   filter.retire(std::vector{index});
-  EXPECT_EQ(filter.map_size(), 5);
-  EXPECT_FALSE(has_it(filter.map()));
+  EXPECT_EQ(filter.past().map_size(), 5);
+  EXPECT_FALSE(has_it(filter.past().map()));
 }
 
 // Measurements of landmarks of both forms, of clones only, and of the core.

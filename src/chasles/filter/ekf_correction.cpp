@@ -1,3 +1,4 @@
+#include <chasles/filter/considered_map.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/small_matrices.hpp>
@@ -8,7 +9,7 @@
 namespace chasles {
 
 using Eigen::VectorXd;
-using MotionMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
+using MotionMatrix = KeptPast::MotionMatrix;
 
 void Ekf::correct_mean(State& x, const ErrorRef& delta) const {
   auto xi = work_.xi.take<VectorXd>(delta.size());
@@ -16,11 +17,11 @@ void Ekf::correct_mean(State& x, const ErrorRef& delta) const {
   push(*chart_, x, xi);
   retract(*chart_, x, xi);
   x.world_T_imu.R = so3::normalized(x.world_T_imu.R);
-  if (x.considered) put_considered_in_place(x, delta);
+  if (x.considered) put_considered_in_place(past_.left(), delta, x);
 }
 
 // P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.
-void Ekf::change_chart(const State& before, History::Correction& record) {
+void Ekf::change_chart(const State& before) {
   auto P = covariance_.all();
   if (chart_->landmark_block) {
     // A adds B θ to the landmarks' rows: P + B Z^T + Z B^T with Z = P_θ + B P_θθ / 2.
@@ -40,13 +41,7 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
     half.noalias() = B * (0.5 * P_theta);
     Z += half;
     dense::symmetric_update_lower(B, Z, P);
-    if (latest_.variables() > 0) {
-      auto Z_latest = latest_.Z();
-      auto turned = work_.product.take(Z_latest.rows(), 3);
-      turned = -Z_latest.leftCols<3>();
-      dense::subtract_outer(turned, B, Z_latest);
-    }
-    if (remembers()) record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
+    past_.turn_landmarks(B);
   }
   change_chart_of_clones(before);
   const int n = state_.motion_size();
@@ -60,13 +55,7 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   auto turned = work_.product.take(below.rows(), n);
   turned.noalias() = below * A.transpose();
   below = turned;
-  if (latest_.variables() > 0) {
-    auto of_motion = latest_.Z().leftCols(n);
-    auto turned_variables = work_.product.take(of_motion.rows(), n);
-    turned_variables.noalias() = of_motion * A.transpose();
-    of_motion = turned_variables;
-  }
-  if (remembers()) record.A_motion = A;
+  past_.turn_motion(A);
 }
 
 // The blocks of the clones in the same transformation, one by one.
@@ -89,12 +78,7 @@ void Ekf::change_chart_of_clones(const State& before) {
         work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 6>>(below.rows(), 6);
     turned_below.noalias() = below * A.transpose();
     below = turned_below;
-    if (latest_.variables() == 0) continue;
-    auto of_clone = latest_.Z().middleCols<6>(r);
-    auto turned_variables =
-        work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 6>>(of_clone.rows(), 6);
-    turned_variables.noalias() = of_clone * A.transpose();
-    of_clone = turned_variables;
+    past_.turn_clone(r, A);
   }
 }
 

@@ -89,10 +89,7 @@ void Ekf::keep_scale(const State& before) {
   auto Z = work_.Z.take(P.rows(), 1);
   Z.col(0) = Pc + 0.5 * c.dot(Pc) * moved;
   dense::symmetric_update_lower(moved, Z, P);
-  if (latest_.variables() > 0) {
-    const VectorXd along = latest_.Z() * c;
-    latest_.Z().noalias() += along * moved.transpose();
-  }
+  past_.add_along(c, moved);
 }
 
 }  // namespace chasles

@@ -23,7 +23,7 @@ INSTANTIATE_TEST_SUITE_P(Charts, EkfTest, ::testing::ValuesIn(test::all_charts()
 void expect_unchanged(const Ekf& ekf, const Ekf& before) {
   EXPECT_EQ(test::distance(ekf.state(), before.state()), 0);
   EXPECT_TRUE(test::agree(ekf.covariance(), before.covariance(), 1e-15));
-  const auto map = ekf.map();
+  const auto map = ekf.past().map();
   const auto map_before = before.map();
   ASSERT_EQ(map.size(), map_before.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
@@ -178,7 +178,7 @@ TEST_P(EkfTest, InnovationThatIsNotPositiveDefiniteFailsAndChangesNothing) {
     filter->update(some_measurements(same));
     filter->retire(indices);
   }
-  EXPECT_TRUE(test::agree(ekf.map()[0].p_world, clean.map()[0].p_world, 1e-14));
+  EXPECT_TRUE(test::agree(ekf.past().map()[0].p_world, clean.past().map()[0].p_world, 1e-14));
   EXPECT_TRUE(test::agree(test::whole_covariance(ekf), test::whole_covariance(clean), 1e-14));
 }
 
@@ -291,8 +291,8 @@ TEST_P(EkfTest, RetiringLeavesTheOthersAsTheyWere) {
   ASSERT_EQ(ekf.state().landmarks.size(), 3u);
   EXPECT_EQ(ekf.state().landmarks[1].id, before.landmarks[2].id);
   EXPECT_EQ(ekf.state().landmarks[2].row, 21);
-  EXPECT_EQ(ekf.map_size(), 5);
-  const std::vector<MapLandmark> map = ekf.map();
+  EXPECT_EQ(ekf.past().map_size(), 5);
+  const std::vector<MapLandmark> map = ekf.past().map();
   EXPECT_EQ(map[0].id, before.landmarks[1].id);
   EXPECT_TRUE(test::agree(map[1].p_world, before.landmarks[3].p_world, 1e-14));
   EXPECT_TRUE(test::agree(map[1].covariance, P.block(24, 24, 3, 3), 1e-12));

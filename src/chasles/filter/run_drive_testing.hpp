@@ -116,10 +116,10 @@ class DrivenFilter {
 
 /// visit_map_covariance as one symmetric matrix; its blocks must be in order and without gaps.
 inline Eigen::MatrixXd whole_covariance(const Ekf& ekf) {
-  const Eigen::Index n = 3 * ekf.map_size() + ekf.state().core_size();
+  const Eigen::Index n = 3 * ekf.past().map_size() + ekf.state().core_size();
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);
   Eigen::Index next = 0;
-  ekf.visit_map_covariance([&](Eigen::Index row, const Eigen::MatrixXd& block) {
+  ekf.past().visit_map_covariance([&](Eigen::Index row, const Eigen::MatrixXd& block) {
     EXPECT_EQ(row, next);
     ASSERT_LE(row + block.rows(), n);
     ASSERT_EQ(block.cols(), row + block.rows());

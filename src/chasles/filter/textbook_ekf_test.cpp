@@ -178,7 +178,7 @@ double mean_difference(const Ekf& ekf, const TextbookEkf& textbook) {
 // The retired ones, by id (a landmark that is observed again is a new one).
 double map_difference(const Ekf& ekf, const TextbookEkf& textbook) {
   double difference = 0;
-  for (const MapLandmark& landmark : ekf.map()) {
+  for (const MapLandmark& landmark : ekf.past().map()) {
     double nearest = 1e9;
     for (const Landmark& other : textbook.state().landmarks) {
       if (other.id != landmark.id) continue;
@@ -204,7 +204,7 @@ TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
   EXPECT_LT(mean, kTextbookTolerance);
   EXPECT_LT(covariance, kTextbookTolerance);
   EXPECT_LT(map_difference(filters.ekf(), filters.textbook()), kTextbookTolerance);
-  EXPECT_GE(filters.ekf().map_size(), 40);
+  EXPECT_GE(filters.ekf().past().map_size(), 40);
   EXPECT_LT(filters.ekf().state().landmarks.size(), 20u);
   // The filter tracked the trajectory: its linearisation points are realistic.
   const SE3 error = filters.ekf().state().world_T_imu * drive.frames.back().world_T_imu.inverse();

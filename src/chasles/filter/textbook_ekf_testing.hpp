@@ -137,13 +137,7 @@ class TextbookEkf {
     }
     Matrix N = F.middleCols<6>(9);
     N.middleRows<6>(9).setZero();
-    Vector sigma(6);
-    sigma << model.f_sigma * Vector::Ones(3), model.w_sigma * Vector::Ones(3);
-    P_ = F * P_ * F.transpose() + N * sigma.cwiseAbs2().asDiagonal() * N.transpose();
-    for (int i = 0; i < 3; ++i) {
-      P_(9 + i, 9 + i) += tau * model.f_bias_walk * model.f_bias_walk;
-      P_(12 + i, 12 + i) += tau * model.w_bias_walk * model.w_bias_walk;
-    }
+    P_ = F * P_ * F.transpose() + model.noise(N, tau);
   }
 
   void measure_velocity(const BodyVelocityModel& model, const BodyVelocity& u,

@@ -44,17 +44,23 @@ struct Inertial {
     F.block<3, 3>(0, 12) = -tau * C * so3::left_jacobian(tau * (u.w_imu - x.additive.tail<3>()));
     Eigen::MatrixXd N = F.rightCols<6>();
     N.bottomRows<6>().setZero();
-    Eigen::VectorXd sigma(6), walk = Eigen::VectorXd::Zero(15);
-    sigma << f_sigma * Eigen::Vector3d::Ones(), w_sigma * Eigen::Vector3d::Ones();
-    walk.segment<3>(9).setConstant(f_bias_walk);
-    walk.tail<3>().setConstant(w_bias_walk);
-    Eigen::MatrixXd Q = N * sigma.cwiseAbs2().asDiagonal() * N.transpose();
-    Q.diagonal() += tau * walk.cwiseAbs2();
     return {.world_T_imu = next.world_T_imu,
             .v_world = next.v_world,
             .additive = next.additive,
             .F = F,
-            .Q = Q};
+            .Q = noise(N, tau)};
+  }
+
+  /// Covariance of the errors that a step adds: of the sample, which has the effect N (n x 6) on
+  /// the n errors, and of the random walk of the biases in rows 9 to 14.
+  Eigen::MatrixXd noise(const Eigen::MatrixXd& N, double tau) const {
+    Eigen::VectorXd sigma(6), walk = Eigen::VectorXd::Zero(N.rows());
+    sigma << f_sigma * Eigen::Vector3d::Ones(), w_sigma * Eigen::Vector3d::Ones();
+    walk.segment<3>(9).setConstant(f_bias_walk);
+    walk.segment<3>(12).setConstant(w_bias_walk);
+    Eigen::MatrixXd Q = N * sigma.cwiseAbs2().asDiagonal() * N.transpose();
+    Q.diagonal() += tau * walk.cwiseAbs2();
+    return Q;
   }
 };
 

@@ -274,10 +274,10 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
         {.time = std::chrono::seconds(step), .pose = loops.filter().state().world_T_imu});
     trial.diverged = loops.lost() || !(point.position_error < kDivergedAt);
   }
-  trial.landmarks = loops.filter().map_size();
+  trial.landmarks = loops.filter().past().map_size();
   trial.seconds_cpu = processor_seconds() - started;
   if (keep_map != KeepMap::kYes) return trial;
-  Past::Estimates past = loops.filter().past_estimates();
+  Past::Estimates past = loops.filter().past().estimates();
   trial.map = std::move(past.landmarks);
   for (const PastPose& pose : past.poses) {
     const auto step = static_cast<int>(std::lround(to_seconds(pose.time)));

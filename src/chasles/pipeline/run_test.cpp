@@ -123,7 +123,7 @@ TEST(Run, TheFilterGivesTheNumbersOfItsOwnLoop) {
     EXPECT_EQ(run.estimates[i].world_T_imu.p, own[i].world_T_imu.p) << i;
     EXPECT_EQ(run.estimates[i].covariance, own[i].covariance) << i;
   }
-  EXPECT_EQ(run.landmarks.size(), slam.filter().map().size());
+  EXPECT_EQ(run.landmarks.size(), slam.filter().past().map().size());
 }
 
 // An IMU beside the velocities, velocities beside an IMU.

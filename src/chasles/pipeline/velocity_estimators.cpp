@@ -64,7 +64,7 @@ class VelocityFilter : public VelocityEstimator {
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
   EstimatedMap whole_map() const override {
-    Past::Estimates past = slam_.filter().past_estimates();
+    Past::Estimates past = slam_.filter().past().estimates();
     const auto initial = slam_.initial_landmarks();
     EstimatedMap map{.landmarks = std::move(past.landmarks),
                      .poses = std::move(past.poses),

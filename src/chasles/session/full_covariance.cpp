@@ -71,7 +71,7 @@ void write_triangle(const Ekf& filter, std::uintmax_t rows, std::ofstream& strea
   const std::string header = npy_header(count);
   stream.write(header.data(), static_cast<std::streamsize>(header.size()));
   Eigen::VectorXd values;
-  filter.visit_map_covariance([&](Eigen::Index first, const Eigen::MatrixXd& block) {
+  filter.past().visit_map_covariance([&](Eigen::Index first, const Eigen::MatrixXd& block) {
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
       const Eigen::Index width = first + i + 1;
       values = block.row(i).head(width);
@@ -98,7 +98,7 @@ void write_full_covariance(const Ekf& filter, const std::vector<std::string>& ad
                            const std::vector<RunLandmark>& landmarks,
                            const std::filesystem::path& file) {
   const auto rows =
-      static_cast<std::uintmax_t>(3 * filter.map_size() + filter.core_covariance().rows());
+      static_cast<std::uintmax_t>(3 * filter.past().map_size() + filter.core_covariance().rows());
   std::filesystem::path names = file;
   names.replace_extension(".csv");
   std::error_code ignored;

@@ -14,7 +14,7 @@ void check_full_covariance(const std::filesystem::path& file);
 
 /// Writes the joint N x N covariance of the whole map and the other states. `file` is a
 /// one-dimensional .npy of N(N+1)/2 float64, the lower triangle row by row. A second file with the
-/// extension .csv names each of the N rows. `landmarks` are those of filter.map(), in its order.
+/// extension .csv names each of the N rows. `landmarks` are those of filter.past().map(), in order.
 /// The whole matrix is never in memory. Throws UsageError if the disk has too little space or
 /// writing fails; incomplete files are then removed.
 void write_full_covariance(const Ekf& filter, const std::vector<std::string>& additive_names,

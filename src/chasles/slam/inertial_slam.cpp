@@ -175,7 +175,7 @@ Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
   e.covariance = now.covariance;
   e.calibration = calibration_of(filter_);
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
-  e.landmarks = filter_.map_size();
+  e.landmarks = filter_.past().map_size();
   e.tracks = use_of_tracks();
   if (settings_.keeps_exact_map()) {
     filter_.remember_pose(e.time, e.world_T_imu, work_.nav.derivative.topRows<6>());
@@ -186,7 +186,7 @@ Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
 }
 
 Past::Estimates InertialSlam::past_nav() const {
-  Past::Estimates past = filter_.past_estimates();
+  Past::Estimates past = filter_.past().estimates();
   const auto& nav_T_world = filter_.state().nav_T_world;
   if (keeps_past(settings_) || !nav_T_world) return past;
   for (MapLandmark& landmark : past.landmarks) {

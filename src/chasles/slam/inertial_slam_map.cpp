@@ -165,12 +165,12 @@ InertialSlam::MapFrame InertialSlam::map_frame(const Carried& shared) const {
 
 std::optional<SE3> InertialSlam::nav_T_map() const {
   if (!map_number_) return std::nullopt;
-  return map_frame(filter_.recall(std::array{*map_number_})).nav_T_map;
+  return map_frame(filter_.past().recall(std::array{*map_number_})).nav_T_map;
 }
 
 std::optional<PoseInMap> InertialSlam::pose_in_map(const NavState& now) const {
   if (!map_number_) return std::nullopt;
-  const Carried shared = filter_.recall(std::array{*map_number_});
+  const Carried shared = filter_.past().recall(std::array{*map_number_});
   const MapFrame frame = map_frame(shared);
   const MatrixXd& B = frame.by_shared;
   const MatrixXd pose = work_.nav.derivative.topRows<6>();
@@ -247,7 +247,7 @@ LandmarkMap InertialSlam::landmark_map(std::optional<Time> until) const {
     if (s.kind == SavedLandmark::kInState) indices.push_back(s.place);
   }
   if (map_number_) numbers.insert(std::ranges::lower_bound(numbers, *map_number_), *map_number_);
-  const Carried joint = filter_.recall(numbers, indices);
+  const Carried joint = filter_.past().recall(numbers, indices);
   std::vector<Index> of_map, of_others;
   Index at = 0;
   for (const Segment::Item& item : joint.items) {

@@ -163,7 +163,7 @@ InertialSlam::KnownLandmarks InertialSlam::known_landmarks(
     const std::vector<Candidate>& candidates) const {
   std::vector<int> numbers;
   for (const Candidate& c : candidates) numbers.push_back(c.inactive->number);
-  Carried past = filter_.recall(numbers);
+  Carried past = filter_.past().recall(numbers);
   KnownLandmarks known{
       .landmarks = {}, .C = std::move(past.C), .P = std::move(past.P), .by_place = {}};
   for (std::size_t i = 0; i < numbers.size(); ++i) {

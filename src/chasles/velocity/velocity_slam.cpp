@@ -81,7 +81,7 @@ Estimate VelocitySlam::process(const FeatureFrame& frame) {
   estimate.covariance = P;
   estimate.observations = static_cast<int>(frame.observations.size());
   estimate.in_state = static_cast<int>(x.landmarks.size());
-  estimate.landmarks = filter_.map_size();
+  estimate.landmarks = filter_.past().map_size();
   filter_.remember_pose(frame.time);
   assess(estimate);
   return estimate;

@@ -76,7 +76,7 @@ TEST(VelocitySlam, StaysOnTheTruthWhenEverythingIsExact) {
   EXPECT_LT(so3::log(estimate.world_T_imu.R).norm(), 1e-7);
   EXPECT_EQ(estimate.used, 30);
   EXPECT_EQ(estimate.health, Health::kOk);
-  for (const MapLandmark& landmark : slam.filter().map()) {
+  for (const MapLandmark& landmark : slam.filter().past().map()) {
     EXPECT_LT((landmark.p_world - point(landmark.id)).norm(), 1e-6);
   }
 }
@@ -126,7 +126,7 @@ TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {
   const Estimate estimate = drive(slam, 20);
   EXPECT_EQ(estimate.pose_covariance().norm(), 0);
   EXPECT_NEAR(estimate.world_T_imu.p.x(), 1.9, 1e-9);
-  const auto map = slam.filter().map();
+  const auto map = slam.filter().past().map();
   ASSERT_EQ(map.size(), 30u);
   EXPECT_EQ(map[0].observations, 20);
   EXPECT_LT(map[0].covariance.trace(), 0.01);
@@ -147,7 +147,7 @@ TEST(VelocitySlam, KeepsTheInitialPositionsBeforeTheFirstUpdate) {
       slam.process(velocity_at(0.1 * i));
       slam.process(frame_at(0.1 * i, {Eigen::Matrix3d::Identity(), {0.1 * i, 0, 0}}, 0, 10));
     }
-    const auto map = slam.filter().map();
+    const auto map = slam.filter().past().map();
     ASSERT_EQ(map.size(), 10u);
     ASSERT_EQ(slam.initial_landmarks().size(), 10u);
     for (std::size_t i = 0; i < map.size(); ++i) {
@@ -300,7 +300,7 @@ TEST(VelocitySlam, WhereMoreAreInViewThanAFrameMayUseTheirTurnComesRound) {
     EXPECT_EQ(estimate.in_state, 20);
   }
   // 40 updates over 20 landmarks, each initialised by one further observation.
-  for (const MapLandmark& landmark : slam.filter().map()) {
+  for (const MapLandmark& landmark : slam.filter().past().map()) {
     EXPECT_EQ(landmark.observations, 3) << landmark.id;
   }
 }

@@ -71,7 +71,7 @@ void print_filters() {
     print(name + ".position", filter.ekf().state().world_T_imu.p);
     print(name + ".attitude", filter.ekf().state().world_T_imu.R);
     print(name + ".covariance", filter.ekf().core_covariance());
-    for (const MapLandmark& landmark : filter.ekf().map())
+    for (const MapLandmark& landmark : filter.ekf().past().map())
       print(name + ".landmark", landmark.p_world);
   }
 }

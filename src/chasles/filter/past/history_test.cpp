@@ -56,12 +56,12 @@ void expect_same_path(const std::vector<PastPose>& path, const std::vector<PastP
 void expect_same_map(const Both& filters) {
   const Ekf& a = filters.compressed.ekf();
   const Ekf& b = filters.dense.ekf();
-  const std::vector<MapLandmark> map = a.map();
-  const std::vector<MapLandmark> expected = b.map();
+  const std::vector<MapLandmark> map = a.past().map();
+  const std::vector<MapLandmark> expected = b.past().map();
   const MatrixXd P = test::whole_covariance(a);
   const MatrixXd P_expected = test::whole_covariance(b);
   ASSERT_EQ(map.size(), expected.size());
-  ASSERT_EQ(a.map_size(), static_cast<int>(map.size()));
+  ASSERT_EQ(a.past().map_size(), static_cast<int>(map.size()));
   ASSERT_EQ(P.rows(), P_expected.rows());
   EXPECT_LT(test::covariance_difference(P, P_expected), kHistoryTolerance);
   for (std::size_t i = 0; i < map.size(); ++i) {
@@ -73,7 +73,7 @@ void expect_same_map(const Both& filters) {
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
     EXPECT_TRUE(test::agree(P.block(row, row, 3, 3), expected[i].covariance, kHistoryTolerance, 0));
   }
-  expect_same_path(a.past_estimates().poses, b.past_estimates().poses);
+  expect_same_path(a.past().estimates().poses, b.past().estimates().poses);
   EXPECT_LT(test::distance(a.state(), b.state()), kHistoryTolerance);
   EXPECT_TRUE(test::agree(a.core_covariance(), b.core_covariance(), kHistoryTolerance, 1e-300));
 }
@@ -84,7 +84,7 @@ TEST_P(HistoryTest, ShowsTheMapThatTheDenseFilterCarriesAlong) {
   const DriveOptions options{.motion = Motion::kVelocityState, .gate = kGate};
   Both filters(chart(), drive, options, test::initial_covariance(options.motion, 0.01));
   filters.run();
-  ASSERT_GE(filters.dense.ekf().map_size(), 250);
+  ASSERT_GE(filters.dense.ekf().past().map_size(), 250);
   ASSERT_LT(filters.dense.ekf().state().landmarks.size(), 60u);
   ASSERT_GE(filters.dense.rejected(), 20);
   expect_same_map(filters);
@@ -98,19 +98,19 @@ TEST_P(HistoryTest, ABoundOnItsMemoryMakesOldLandmarksFinal) {
   const MatrixXd P = test::initial_covariance(Motion::kVelocityState, 0.01);
   DrivenFilter whole(chart(), drive, {.gate = kGate}, P, Ekf::Map::kHistory);
   whole.run();
-  const std::size_t bound = whole.ekf().map_bytes() / 4;
+  const std::size_t bound = whole.ekf().past().bytes() / 4;
   DrivenFilter bounded(chart(), drive, {.gate = kGate, .map_bytes = bound}, P, Ekf::Map::kHistory);
   std::size_t most = 0;
   for (std::size_t i = 0; i < drive.frames.size(); ++i) {
     bounded.step();
-    most = std::max(most, bounded.ekf().map_bytes());
+    most = std::max(most, bounded.ekf().past().bytes());
   }
   EXPECT_LT(most, bound + bound / 5) << "at most by the steps of one frame";
   EXPECT_GT(most, bound / 2);
   EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
-  EXPECT_EQ(bounded.ekf().map_size(), whole.ekf().map_size());
+  EXPECT_EQ(bounded.ekf().past().map_size(), whole.ekf().past().map_size());
   EXPECT_THROW(test::whole_covariance(bounded.ekf()), UsageError);
-  const auto map = bounded.ekf().map(), expected = whole.ekf().map();
+  const auto map = bounded.ekf().past().map(), expected = whole.ekf().past().map();
   ASSERT_EQ(map.size(), expected.size());
   std::size_t final = 0;
   for (std::size_t i = 0; i < map.size(); ++i) {
@@ -196,7 +196,7 @@ TEST_P(HistoryTest, HasLandmarksThatWereSeenOnce) {
   filters.run();
   filters.retire_all();
   expect_same_map(filters);
-  const auto map = filters.compressed.ekf().map();
+  const auto map = filters.compressed.ekf().past().map();
   EXPECT_GE(std::count_if(map.begin(), map.end(),
                           [](const MapLandmark& landmark) { return landmark.observations == 1; }),
             10);
@@ -231,7 +231,7 @@ TEST_P(HistoryTest, OfAFilterThatSawNothingIsTheCoreAlone) {
   for (test::DriveFrame& frame : drive.frames) frame.observations.clear();
   Both filters(chart(), drive, {}, covariance);
   expect_same_map(filters);
-  EXPECT_TRUE(filters.compressed.ekf().map().empty());
+  EXPECT_TRUE(filters.compressed.ekf().past().map().empty());
   EXPECT_EQ(test::whole_covariance(filters.compressed.ekf()), covariance);
   filters.run();
   expect_same_map(filters);
@@ -247,9 +247,9 @@ TEST_P(HistoryTest, LaterMeasurementsBetterARetiredLandmark) {
   for (int i = 0; i < 6; ++i) filter.step();
   const int youngest[] = {static_cast<int>(filter.ekf().state().landmarks.size()) - 1};
   filter.ekf().retire(youngest);
-  const MapLandmark before = filter.ekf().map()[0];
+  const MapLandmark before = filter.ekf().past().map()[0];
   filter.run();
-  const MapLandmark after = filter.ekf().map()[0];
+  const MapLandmark after = filter.ekf().past().map()[0];
   EXPECT_EQ(before.id, after.id);
   EXPECT_LT(after.covariance.trace(), 0.9999 * before.covariance.trace());
   EXPECT_GT((after.p_world - before.p_world).norm(), 1e-5);

@@ -98,6 +98,7 @@ class Past {
   };
   Estimates estimates(const Segment& latest) const;
 
+  bool recalls() const { return options_.recalls; }
   bool can_return(int number) const;
   bool has_returned(int number) const { return past_landmark(number)->has_returned; }
   /// A prior map, as it was added, by the number of its frame.

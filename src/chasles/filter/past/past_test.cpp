@@ -21,10 +21,10 @@ void expect_same_estimates(const Ekf& a, const Ekf& b) {
   const MatrixXd P = a.covariance(), expected = b.covariance();
   ASSERT_EQ(P.rows(), expected.rows());
   EXPECT_LT(test::covariance_difference(P, expected), kPastTolerance);
-  const Past::Estimates past = a.past_estimates(), dense = b.past_estimates();
+  const Past::Estimates past = a.past().estimates(), dense = b.past().estimates();
   ASSERT_EQ(past.landmarks.size(), dense.landmarks.size());
   ASSERT_EQ(past.poses.size(), dense.poses.size());
-  EXPECT_EQ(a.map_size(), static_cast<int>(past.landmarks.size()));
+  EXPECT_EQ(a.past().map_size(), static_cast<int>(past.landmarks.size()));
   for (std::size_t i = 0; i < past.landmarks.size(); ++i) {
     SCOPED_TRACE(::testing::Message() << "landmark " << i);
     const MapLandmark &one = past.landmarks[i], &other = dense.landmarks[i];
@@ -51,7 +51,8 @@ TEST(Past, RecallShowsWhatRevivalWouldBring) {
   }
   const std::vector<int> numbers{filter.inactive()[1], filter.inactive()[7],
                                  filter.inactive().back()};
-  const Carried recalled = filter.ekf().recall(numbers), expected = dense.ekf().recall(numbers);
+  const Carried recalled = filter.ekf().past().recall(numbers),
+                expected = dense.ekf().past().recall(numbers);
   EXPECT_TRUE(test::agree(recalled.P, expected.P, kPastTolerance, 0));
   EXPECT_TRUE(test::agree(recalled.C, expected.C, kPastTolerance, 0));
   EXPECT_TRUE(test::agree(recalled.correction, expected.correction, kPastTolerance, 1e-12));
@@ -130,7 +131,8 @@ TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
   }
   EXPECT_LT(most, bound + bound / 5);
   EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
-  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  const Past::Estimates some = bounded.ekf().past().estimates(),
+                        all = whole.ekf().past().estimates();
   ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
   ASSERT_EQ(some.poses.size(), all.poses.size());
   std::size_t final = 0;
@@ -151,7 +153,8 @@ TEST(Past, ABoundOnItsMemoryLeavesReturningLandmarksExact) {
   Wanderer bounded(c, Ekf::Map::kPast, whole.ekf().past().bytes() / 6);
   for (int i = 0; i < 150; ++i) bounded.step();
   EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
-  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  const Past::Estimates some = bounded.ekf().past().estimates(),
+                        all = whole.ekf().past().estimates();
   ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
   for (std::size_t i = 0; i < some.landmarks.size(); ++i) {
     ASSERT_EQ(some.landmarks[i].id, all.landmarks[i].id);
@@ -195,7 +198,7 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   const int none[] = {0};
   EXPECT_THROW(filter.remember_pose(Time{}), UsageError);
   EXPECT_THROW(filter.revive(none), UsageError);
-  EXPECT_TRUE(filter.past_estimates().poses.empty());
+  EXPECT_TRUE(filter.past().estimates().poses.empty());
   Ekf past = test::inertial_filter(kStandardChart, random, false, false,
                                    {.map = Ekf::Map::kPast, .past = {.recalls = true}});
   const int first[] = {0};
@@ -206,7 +209,8 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   past.retire(first);
   past.marginalise(std::array{1});
   EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is marginalised";
-  EXPECT_EQ(past.past_estimates().landmarks.size(), static_cast<std::size_t>(past.map_size()));
+  EXPECT_EQ(past.past().estimates().landmarks.size(),
+            static_cast<std::size_t>(past.past().map_size()));
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};
@@ -227,8 +231,8 @@ TEST_P(PastTest, IsThatOfAFilterThatMarginalisesNothing) {
     numbers.insert(numbers.end(), filter.inactive().begin(), filter.inactive().end());
     std::ranges::sort(numbers);
     const std::vector<int> in_state{0, 2};
-    const Carried some = filter.ekf().recall(numbers, in_state),
-                  all = dense.ekf().recall(numbers, in_state);
+    const Carried some = filter.ekf().past().recall(numbers, in_state),
+                  all = dense.ekf().past().recall(numbers, in_state);
     EXPECT_TRUE(test::agree(some.P, all.P, kPastTolerance, 0));
     EXPECT_TRUE(test::agree(some.C, all.C, kPastTolerance, 0));
     EXPECT_TRUE(test::agree(some.correction, all.correction, kPastTolerance, 1e-12));
