@@ -11,9 +11,9 @@
 #include <vector>
 
 #include <chasles/imu/sample_gaps.hpp>
+#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
@@ -109,7 +109,7 @@ class InertialSession {
   void reset(bool lost);
   void end_part(bool lost);
   void keep_map(bool lost);
-  std::shared_ptr<const LandmarkMap> map_to_look_in() const;
+  std::shared_ptr<const LandmarkMap> map_to_search() const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;

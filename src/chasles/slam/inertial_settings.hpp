@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
-#include <chasles/filter/depth_rule_names.hpp>
-#include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/base/settings.hpp>
 #include <chasles/estimate/landmark_form.hpp>
+#include <chasles/filter/charts/error_chart_names.hpp>
+#include <chasles/filter/depth_rule_names.hpp>
 
 namespace chasles {
 

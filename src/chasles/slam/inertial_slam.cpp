@@ -3,13 +3,13 @@
 #include <limits>
 #include <utility>
 
+#include <chasles/base/stage_clock.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/start_covariance.hpp>
-#include <chasles/base/stage_clock.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -143,7 +143,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
 Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
                                 const std::optional<SE3>& closed_at) {
   StageClock stages;
-  const CameraSet looking = observing(frame);
+  const CameraSet observers = observing(frame);
   Estimate e;
   StageSeconds& seconds = e.seconds.emplace();
   e.observations = static_cast<int>(frame.pixels.size());
@@ -159,11 +159,11 @@ Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
   observe(observations, returned, e);
   if (closed_at) note_change(*closed_at, filter_.state().world_T_imu);
   seconds.update = stages.lap();
-  settle();
-  retire_unseen(looking);
-  if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(looking, e);
+  make_landmarks_cartesian();
+  retire_unseen(observers);
+  if (settings_.init == LandmarkInit::kMultiView) initialise_from_tracks(observers, e);
   remove_unused_clones();
-  note_begun(e.added);
+  note_initialised(e.added);
   name_outcomes(frame, observations);
   seconds.landmarks = stages.lap();
 
@@ -181,7 +181,7 @@ Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
     filter_.remember_pose(e.time, e.world_T_imu, work_.nav.derivative.topRows<6>());
   }
   e.in_map = pose_in_map(now);
-  judge(e);
+  assess(e);
   return e;
 }
 
@@ -197,7 +197,7 @@ Past::Estimates InertialSlam::past_nav() const {
 }
 
 // track_sigma stands for errors that many tracks share. A wrong track is one that differs from the
-// others, so the gate judges it by pixel_sigma.
+// others, so the gate assesses it by pixel_sigma.
 double InertialSlam::shared_variance() const {
   const double sigma = track_noise().sigma;
   return std::max(0.0, sigma * sigma - pixel_sigma_ * pixel_sigma_);
@@ -241,7 +241,7 @@ bool InertialSlam::zero_velocity_update(const FeatureFrame& frame, Time since) {
     return false;
   }
   const State& x = filter_.state();
-  auto& both = work_.rest;
+  auto& both = work_.zero_velocity;
   zero_velocity_measurements(x, x.clone(*standstill_since_), to_seconds(since),
                              settings_.zupt_velocity_sigma, both);
   if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
@@ -249,7 +249,7 @@ bool InertialSlam::zero_velocity_update(const FeatureFrame& frame, Time since) {
 }
 
 // Anchored landmarks with a well-known depth become Cartesian.
-void InertialSlam::settle() {
+void InertialSlam::make_landmarks_cartesian() {
   if (settings_.first_estimates) return;  // it would change the linearisation point
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
@@ -263,7 +263,7 @@ void InertialSlam::settle() {
 }
 
 // A landmark out of view ages in the frames whose images might have shown it.
-void InertialSlam::retire_unseen(CameraSet looking) {
+void InertialSlam::retire_unseen(CameraSet observers) {
   std::vector<int>& indices = work_.retired;
   indices.clear();
   const auto& landmarks = filter_.state().landmarks;
@@ -271,17 +271,17 @@ void InertialSlam::retire_unseen(CameraSet looking) {
     Last& last = last_[static_cast<std::size_t>(i)];
     if (last.seen == frame_) {
       last.missed = 0;
-    } else if ((last.cameras & looking) != 0) {
+    } else if ((last.cameras & observers) != 0) {
       ++last.missed;
     }
     const bool accepted = last.rejected < settings_.max_rejections;
     if (accepted && last.missed <= settings_.waiting_frames) continue;
     indices.push_back(i);
   }
-  note_dormant(indices);
+  note_inactive(indices);
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
-  filter_.forget(work_.forgotten);
+  filter_.marginalise(work_.marginalised);
   bound_considered();
 }
 
@@ -315,7 +315,7 @@ bool InertialSlam::was_blind(Time time, bool sees) {
   return blind || (regained_ && time - *regained_ < kBlind);
 }
 
-void InertialSlam::judge(Estimate& e) {
+void InertialSlam::assess(Estimate& e) {
   const SE3& pose = e.world_T_imu;
   if (!has_sane_clock() || !pose.R.allFinite() || !pose.p.allFinite() || !e.v_world->allFinite() ||
       !e.covariance.allFinite() || e.covariance.diagonal().minCoeff() < -1e-9) {
@@ -328,13 +328,13 @@ void InertialSlam::judge(Estimate& e) {
   starved_ = starves ? starved_ + 1 : 0;
   const bool contradict = recent_innovations_.contradict(e.time, e.nis, e.nis_dof);
   if (was_blind(e.time, !few || e.zero_velocity)) {
-    e.doubt = Doubt::kFewObservations;
+    e.degradation = Degradation::kFewObservations;
   } else if (starved_ > 10) {
-    e.doubt = few ? Doubt::kFewObservations : Doubt::kRejections;
+    e.degradation = few ? Degradation::kFewObservations : Degradation::kRejections;
   } else if (contradict) {
-    e.doubt = Doubt::kInnovations;
+    e.degradation = Degradation::kInnovations;
   }
-  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
+  if (e.degradation != Degradation::kNone) e.health = Health::kDegraded;
 }
 
 }  // namespace chasles

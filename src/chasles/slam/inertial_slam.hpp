@@ -9,23 +9,23 @@
 
 #include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/camera/track_noise.hpp>
+#include <chasles/estimate/closure.hpp>
+#include <chasles/estimate/estimate.hpp>
+#include <chasles/estimate/recent_tracks.hpp>
+#include <chasles/estimate/timed_measurement.hpp>
 #include <chasles/filter/depth_rule.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
-#include <chasles/loop/landmark_map.hpp>
-#include <chasles/loop/place.hpp>
+#include <chasles/initialise/inertial_start.hpp>
+#include <chasles/initialise/standstill.hpp>
 #include <chasles/loop/appearance.hpp>
 #include <chasles/loop/joint_compatibility.hpp>
+#include <chasles/loop/landmark_map.hpp>
+#include <chasles/loop/place.hpp>
 #include <chasles/loop/spatial_choice.hpp>
-#include <chasles/estimate/closure.hpp>
-#include <chasles/estimate/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
-#include <chasles/initialise/inertial_start.hpp>
-#include <chasles/estimate/recent_tracks.hpp>
-#include <chasles/initialise/standstill.hpp>
-#include <chasles/estimate/timed_measurement.hpp>
 
 namespace chasles {
 
@@ -83,7 +83,7 @@ class InertialSlam {
   const TimedMeasurementCounts& timed_counts() const { return timed_counts_; }
   /// Landmarks that were recognised by their appearance.
   const std::vector<Closure>& closures() const { return closures_; }
-  /// When a search found past landmarks, whether they returned or would have told too little.
+  /// When a search found past landmarks, whether they returned or would have added too little.
   const std::vector<Time>& recognised() const { return recognised_; }
   /// The landmarks of the tracks that were recognised: (id of the track, id of the landmark).
   const std::map<LandmarkId, LandmarkId>& known_as() const { return known_as_; }
@@ -121,18 +121,19 @@ class InertialSlam {
                Estimate& e);
   void relinearise(const std::vector<const PixelObservation*>& predicted,
                    std::span<Measurement> known) const;
-  std::optional<NewLandmark> begin_undelayed(LandmarkId id, int camera,
-                                             const Eigen::Vector2d& pixel, bool anchored) const;
-  void begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e);
-  void begin_from_tracks(CameraSet looking, Estimate& e);
-  void begin_what_is_missing(Estimate& e);
+  std::optional<NewLandmark> initialise_undelayed(LandmarkId id, int camera,
+                                                  const Eigen::Vector2d& pixel,
+                                                  bool anchored) const;
+  void initialise_fresh(const std::vector<const PixelObservation*>& fresh, Estimate& e);
+  void initialise_from_tracks(CameraSet observers, Estimate& e);
+  void initialise_missing(Estimate& e);
   Track& track_of(LandmarkId id);
   void remove_ended_tracks();
   bool find_start(LandmarkId id, const Views& views);
   bool is_certain(const MultiViewStart& start) const;
   bool is_somewhere(const MultiViewStart& start) const;
-  bool take_rest(const MultiViewStart& start);
-  void add_begun(Estimate& e);
+  bool take_null_space(const MultiViewStart& start);
+  void add_initialised(Estimate& e);
   void null_space_update(Estimate& e);
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
@@ -149,14 +150,14 @@ class InertialSlam {
   bool cannot_be(const Landmark& landmark) const;
   double gate_square(int dof) const;  ///< limit of a squared normalised innovation
   double shared_variance() const;     ///< of a pixel, beyond its scatter [px^2]
-  void settle();
-  void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
+  void make_landmarks_cartesian();
+  void note_rejections(std::span<const Measurement> known, const std::vector<bool>& accepted);
   void note_outcomes(std::span<const Measurement> known, const UpdateReport& report);
-  void note_begun(int added);
+  void note_initialised(int added);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, Estimate& e);
-  void retire_unseen(CameraSet looking);
-  void note_dormant(std::span<const int> leaving);
+  void retire_unseen(CameraSet observers);
+  void note_inactive(std::span<const int> leaving);
   SE3 nav_T_camera(int index) const;
   std::span<const PixelObservation> renamed(const FeatureFrame& frame);
   void name_outcomes(const FeatureFrame& frame,
@@ -166,7 +167,7 @@ class InertialSlam {
   /// A landmark that was observed so often is a point, and remains one.
   static constexpr int kLeastObservations = 10;
   /// A past landmark that may return.
-  struct Dormant {
+  struct InactiveLandmark {
     int number = 0;                                   ///< in Ekf::past()
     Eigen::Vector3d p_nav = Eigen::Vector3d::Zero();  ///< when it left, or was last recalled [m]
     Appearance appearance = {};
@@ -181,7 +182,7 @@ class InertialSlam {
   };
   struct Candidate {
     LandmarkId id = 0;
-    Dormant* dormant = nullptr;
+    InactiveLandmark* inactive = nullptr;
     std::vector<std::pair<int, int>> like = {};  ///< Hamming distance, index of a SeenLandmark
   };
   struct Comparison {
@@ -190,7 +191,7 @@ class InertialSlam {
     Eigen::MatrixXd S;
     Eigen::MatrixXd by_place;  ///< of r
   };
-  using DormantLandmarks = std::map<LandmarkId, Dormant>;
+  using InactiveLandmarks = std::map<LandmarkId, InactiveLandmark>;
   /// Matches (track, landmark) that the last search found compatible, and from where first.
   using CompatibleMatches = std::map<std::pair<LandmarkId, LandmarkId>, Eigen::Vector3d>;
   /// Landmarks in nav, in the order of the candidates, with their joint covariance P and C, that
@@ -204,13 +205,13 @@ class InertialSlam {
   struct Prior {
     std::shared_ptr<const LandmarkMap> map;
     std::optional<MapPlace> place = {};  ///< proposed
-    DormantLandmarks points = {};        ///< at that place; the number is the index in the map
+    InactiveLandmarks points = {};       ///< at that place; the number is the index in the map
     CompatibleMatches compatible = {};
     int failures = 0;  ///< searches in a row that found nothing compatible there
   };
   bool recognise(const FeatureFrame& frame,
                  const std::vector<const PixelObservation*>& observations);
-  bool recognise_among(DormantLandmarks& past, CompatibleMatches& compatible,
+  bool recognise_among(InactiveLandmarks& past, CompatibleMatches& compatible,
                        const std::vector<SeenLandmark>& seen);
   bool find_place_in_map(const std::vector<SeenLandmark>& seen);
   std::optional<PlaceInMap> search_place(const std::vector<SeenLandmark>& seen);
@@ -244,9 +245,9 @@ class InertialSlam {
   };
   std::vector<SavedLandmark> landmarks_to_save(const SE3& map_T_nav,
                                                std::optional<Time> until) const;
-  std::vector<SeenLandmark> look(const GrayImage& image,
-                                 const std::vector<const PixelObservation*>& observations);
-  std::vector<Candidate> similar_landmarks(DormantLandmarks& past,
+  std::vector<SeenLandmark> see_landmarks(const GrayImage& image,
+                                          const std::vector<const PixelObservation*>& observations);
+  std::vector<Candidate> similar_landmarks(InactiveLandmarks& past,
                                            const std::vector<SeenLandmark>& seen);
   Comparison compare(std::vector<Candidate>& candidates, const KnownLandmarks& known,
                      const std::vector<SeenLandmark>& seen) const;
@@ -269,7 +270,7 @@ class InertialSlam {
   void compose_when_due();
   void note_prediction();
   bool was_blind(Time time, bool sees);
-  void judge(Estimate& e);
+  void assess(Estimate& e);
   TrackUse use_of_tracks();
   bool has_room() const;
   static bool has_view(const Track& track, int clone);
@@ -305,7 +306,7 @@ class InertialSlam {
     int matches = 0;        ///< used, in the cameras after the first
   };
   std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
-  DormantLandmarks dormant_;
+  InactiveLandmarks inactive_;
   std::optional<Prior> prior_;  ///< until the run has found its place in it
   std::shared_ptr<const LandmarkMap> placed_map_;
   std::optional<int> map_number_;  ///< of the placed map, in Ekf::past()
@@ -345,12 +346,12 @@ class InertialSlam {
         numbers;  ///< of the landmarks in the state; sorted by id
     std::vector<PixelObservation> renamed;
     std::vector<const PixelObservation*> usable, predicted, fresh;
-    std::vector<std::size_t> judged;  ///< indices of the predicted observations
-    Reused<Measurement> known, rests;
-    std::array<Measurement, 2> rest;
+    std::vector<std::size_t> assessed;  ///< indices of the predicted observations
+    Reused<Measurement> known, null_space;
+    std::array<Measurement, 2> zero_velocity;
     std::vector<WhitenedPixel> innovations;
-    Reused<NewLandmark> begun;
-    std::vector<int> retired, used, unused, forgotten;
+    Reused<NewLandmark> initialised;
+    std::vector<int> retired, used, unused, marginalised;
     std::vector<ImuInterval> intervals;
     Prediction prediction;
     NavScratch nav;

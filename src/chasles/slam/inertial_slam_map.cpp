@@ -35,7 +35,7 @@ bool InertialSlam::find_place_in_map(const std::vector<SeenLandmark>& seen) {
   // What is compatible may still lack the view from another place.
   prior_->failures = prior_->compatible.empty() ? prior_->failures + 1 : 0;
   if (prior_->failures >= kPatience) {
-    ++place_counts_.refused;
+    ++place_counts_.rejected;
     prior_ = Prior{.map = prior_->map};
   }
   return false;
@@ -51,9 +51,9 @@ std::optional<PlaceInMap> InertialSlam::search_place(const std::vector<SeenLandm
     points.push_back(
         {.p_world = x.nav_T_world ? *x.nav_T_world * p_world : p_world, .view = s.view});
   }
-  for (const auto& [id, dormant] : dormant_) {
-    if (now_ - dormant.left > kRecently) continue;
-    points.push_back({.p_world = dormant.p_nav, .view = dormant.appearance.views().front()});
+  for (const auto& [id, inactive] : inactive_) {
+    if (now_ - inactive.left > kRecently) continue;
+    points.push_back({.p_world = inactive.p_nav, .view = inactive.appearance.views().front()});
   }
   return find_place(points, nav_T_camera(0).p, *prior_->map);
 }
@@ -75,7 +75,7 @@ bool InertialSlam::finds_place_again(const Comparison& comparison, const std::ve
   if (!place) return false;
   return kLeastCommon <= std::ranges::count_if(accepted, [&](int i) {
            const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
-           const int point = candidates[static_cast<std::size_t>(match.landmark)].dormant->number;
+           const int point = candidates[static_cast<std::size_t>(match.landmark)].inactive->number;
            return std::ranges::any_of(place->matches, [&](const PlaceInMap::Match& m) {
              return m.seen == match.observation && m.point == point;
            });
@@ -106,7 +106,7 @@ void InertialSlam::refine_place(const Comparison& comparison, const std::vector<
     matched.push_back(candidates[static_cast<std::size_t>(match.landmark)]);
     matched.back().like = {{0, match.observation}};
   }
-  std::ranges::sort(matched, {}, [](const Candidate& c) { return c.dormant->number; });
+  std::ranges::sort(matched, {}, [](const Candidate& c) { return c.inactive->number; });
   for (int step = 0; step < kRefinements; ++step) {
     Comparison now = compare(matched, known_points(matched), seen);
     now.S.diagonal().array() += pixel_sigma_ * pixel_sigma_ + kOtherPoint * kOtherPoint;
@@ -129,7 +129,7 @@ void InertialSlam::place_map() {
   map_number_ = considers_map() ? filter_.consider(std::move(placed_map))
                                 : filter_.add_past(std::move(placed_map));
   for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
-  dormant_.merge(prior_->points);
+  inactive_.merge(prior_->points);
   placed_map_ = prior_->map;
   place_counts_.placed = clock(now_);
   prior_.reset();
@@ -138,7 +138,7 @@ void InertialSlam::place_map() {
 InertialSlam::KnownLandmarks InertialSlam::known_points(
     const std::vector<Candidate>& candidates) const {
   std::vector<int> points;
-  for (const Candidate& c : candidates) points.push_back(c.dormant->number);
+  for (const Candidate& c : candidates) points.push_back(c.inactive->number);
   const PriorMap known = placed(*prior_->map, points, *prior_->place);
   const auto k = 3 * static_cast<Index>(points.size());
   const MatrixXd A = known.shared.bottomRows(k), A_transposed = A.transpose();
@@ -209,16 +209,16 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
     if (chosen || landmark.id >= kFirstMapId) saved.push_back(std::move(landmark));
   };
   for (const bool of_map : {true, false}) {
-    for (const auto& [id, dormant] : dormant_) {
+    for (const auto& [id, inactive] : inactive_) {
       if ((id >= kFirstMapId) != of_map) continue;
-      if (!of_map && until && dormant.left >= *until) continue;
-      const bool follows = filter_.past().follows(dormant.number);
+      if (!of_map && until && inactive.left >= *until) continue;
+      const bool follows = filter_.past().follows(inactive.number);
       add({.id = id,
            .kind = follows ? SavedLandmark::kOfMap : SavedLandmark::kPast,
-           .place = dormant.number,
-           .observations = filter_.past().landmark(dormant.number).observations,
-           .appearance = dormant.appearance},
-          dormant.p_nav);
+           .place = inactive.number,
+           .observations = filter_.past().landmark(inactive.number).observations,
+           .appearance = inactive.appearance},
+          inactive.p_nav);
     }
     for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
       const Landmark& landmark = x.landmarks[i];

@@ -53,7 +53,7 @@ void InertialSlam::advance_to(Time time) {
 // With an estimated time offset the state is that of an image, whatever its time on the IMU's
 // clock: it moves to images alone, and the measurements apply at the frame.
 void InertialSlam::apply_timed(Time frame) {
-  const Time until = clock(frame), offset = until - frame, begun = now_;
+  const Time until = clock(frame), offset = until - frame, started = now_;
   std::ranges::stable_sort(timed_, {}, &TimedMeasurement::time);
   const auto later = std::ranges::upper_bound(timed_, until, {}, &TimedMeasurement::time);
   const std::vector<TimedMeasurement> due(std::make_move_iterator(timed_.begin()),
@@ -61,7 +61,7 @@ void InertialSlam::apply_timed(Time frame) {
   timed_.erase(timed_.begin(), later);  // even if a model throws
   for (const TimedMeasurement& one : due) {
     const Time time = one.time - offset;
-    if (time < begun) {
+    if (time < started) {
       ++timed_counts_.late;
       continue;
     }

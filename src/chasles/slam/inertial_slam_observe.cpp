@@ -89,7 +89,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   predicted.clear();
   fresh.clear();
   outcomes_.clear();
-  work_.judged.clear();
+  work_.assessed.clear();
   const double gate = gate_square(2);
   int rejected = 0;
   for (const PixelObservation* o : observations) {
@@ -133,7 +133,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     z.gate = gate;
     z.shared_variance = shared_variance();
     predicted.push_back(o);
-    work_.judged.push_back(outcomes_.size() - 1);
+    work_.assessed.push_back(outcomes_.size() - 1);
   }
   if (returned && !settings_.first_estimates) relinearise(predicted, known);
   const UpdateReport& report = filter_.update(known);
@@ -141,15 +141,15 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.nis_dof = report.dof;
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
   e.rejected = rejected + static_cast<int>(known.size()) - e.used;
-  note_refusals(known, report.accepted);
+  note_rejections(known, report.accepted);
   note_outcomes(known, report);
   compare_innovations(predicted, report, e);
   if (settings_.init == LandmarkInit::kFixedDepth) {
-    begin_at_once(fresh, e);
+    initialise_fresh(fresh, e);
     return;
   }
   for (const PixelObservation* o : fresh) {
-    if (settings_.recognise == Recognise::kIds && dormant_.contains(o->landmark)) {
+    if (settings_.recognise == Recognise::kIds && inactive_.contains(o->landmark)) {
       continue;  // it will return
     }
     Track& track = track_of(o->landmark);
@@ -191,8 +191,8 @@ void InertialSlam::relinearise(const std::vector<const PixelObservation*>& predi
 
 // A landmark that is rejected repeatedly has become another point, or was never a point. If the
 // pose is wrong instead, new landmarks do not inherit its error.
-void InertialSlam::note_refusals(std::span<const Measurement> known,
-                                 const std::vector<bool>& accepted) {
+void InertialSlam::note_rejections(std::span<const Measurement> known,
+                                   const std::vector<bool>& accepted) {
   for (std::size_t i = 0; i < known.size(); ++i) {
     int& rejected = last_[static_cast<std::size_t>(known[i].landmark)].rejected;
     rejected = accepted[i] ? 0 : rejected + 1;
@@ -201,26 +201,26 @@ void InertialSlam::note_refusals(std::span<const Measurement> known,
 
 void InertialSlam::note_outcomes(std::span<const Measurement> known, const UpdateReport& report) {
   for (std::size_t i = 0; i < known.size(); ++i) {
-    PixelOutcome& judged = outcomes_[work_.judged[i]];
+    PixelOutcome& assessed = outcomes_[work_.assessed[i]];
     if (report.accepted[i]) {
-      judged.outcome = Outcome::kUsed;
+      assessed.outcome = Outcome::kUsed;
       Last& last = last_[static_cast<std::size_t>(known[i].landmark)];
-      last.matches += TrackNoise::is_match(judged.observation.camera);
+      last.matches += TrackNoise::is_match(assessed.observation.camera);
     }
-    judged.expected = {.pixel = judged.observation.pixel - known[i].residual,
-                       .covariance = report.covariances[i]};
+    assessed.expected = {.pixel = assessed.observation.pixel - known[i].residual,
+                         .covariance = report.covariances[i]};
   }
 }
 
 // The landmarks that the frame has added are the last ones of the state.
-void InertialSlam::note_begun(int added) {
+void InertialSlam::note_initialised(int added) {
   const auto& landmarks = filter_.state().landmarks;
   for (std::size_t i = landmarks.size() - static_cast<std::size_t>(added); i < landmarks.size();
        ++i) {
-    for (PixelOutcome& judged : outcomes_) {
-      if (judged.observation.landmark != landmarks[i].id) continue;
-      judged.outcome = Outcome::kBegun;
-      last_[i].cameras |= camera_bit(judged.observation.camera);
+    for (PixelOutcome& assessed : outcomes_) {
+      if (assessed.observation.landmark != landmarks[i].id) continue;
+      assessed.outcome = Outcome::kInitialised;
+      last_[i].cameras |= camera_bit(assessed.observation.camera);
     }
   }
 }

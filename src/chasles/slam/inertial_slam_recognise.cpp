@@ -30,7 +30,7 @@ constexpr double kReach = 0.3;
 constexpr double kProbability = 0.95;
 constexpr int kLeastMatches = 5, kLeastConfirmed = 4;
 constexpr double kLeastParallax = 0.02;  // [rad]
-// Landmarks return where they tell so much [nat]: each of them given the others, and together.
+// Landmarks return where they determine so much [nat]: each of them given the others, and together.
 constexpr double kLeastEach = 0.2, kLeastTogether = 3;
 
 constexpr double square(double x) { return x * x; }
@@ -51,9 +51,9 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
   const Time interval = prior_ && prior_->place ? kWhileProposed : kInterval;
   if (!has_image || (searched_ && now_ - *searched_ < interval)) return false;
   searched_ = now_;
-  const std::vector<SeenLandmark> seen = look(frame.images->images.front(), observations);
+  const std::vector<SeenLandmark> seen = see_landmarks(frame.images->images.front(), observations);
   const bool found =
-      (prior_ && find_place_in_map(seen)) || recognise_among(dormant_, compatible_, seen);
+      (prior_ && find_place_in_map(seen)) || recognise_among(inactive_, compatible_, seen);
   for (const SeenLandmark& s : seen) {
     if (!known_as_.contains(s.id)) appearances_[s.id].add(s.view);
   }
@@ -61,14 +61,14 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
 }
 
 // Whether some of these past landmarks have returned.
-bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& compatible,
+bool InertialSlam::recognise_among(InactiveLandmarks& past, CompatibleMatches& compatible,
                                    const std::vector<SeenLandmark>& seen) {
   std::vector<Candidate> candidates = similar_landmarks(past, seen);
   if (candidates.size() < kLeastMatches) {
     compatible.clear();
     return false;
   }
-  const bool placed = &past == &dormant_;
+  const bool placed = &past == &inactive_;
   const Comparison comparison =
       compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
   const std::vector<int> accepted = accepted_matches(comparison, candidates, seen, compatible);
@@ -87,7 +87,7 @@ bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& co
 }
 
 // The landmarks of the state as they look now, with known depth.
-std::vector<InertialSlam::SeenLandmark> InertialSlam::look(
+std::vector<InertialSlam::SeenLandmark> InertialSlam::see_landmarks(
     const GrayImage& image, const std::vector<const PixelObservation*>& observations) {
   const State& x = filter_.state();
   const SE3 nav_T_cam = nav_T_camera(0);
@@ -128,21 +128,21 @@ std::vector<InertialSlam::SeenLandmark> InertialSlam::look(
 // Past landmarks that may be in view and look like a landmark of the state, in the order of their
 // numbers.
 std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
-    DormantLandmarks& past, const std::vector<SeenLandmark>& seen) {
+    InactiveLandmarks& past, const std::vector<SeenLandmark>& seen) {
   const SE3 nav_T_cam = nav_T_camera(0), cam_T_nav = nav_T_cam.inverse();
   const Camera& camera = cameras_.front();
   const double reach = kReach * camera.width;
   std::vector<Candidate> candidates;
-  for (auto& [id, dormant] : past) {
-    const auto expected = view_patches(camera, nav_T_cam.R, cam_T_nav * dormant.p_nav);
+  for (auto& [id, inactive] : past) {
+    const auto expected = view_patches(camera, nav_T_cam.R, cam_T_nav * inactive.p_nav);
     if (!expected || !in_image(camera, expected->patches.front().centre, -reach) ||
-        !dormant.appearance.may_look_like(expected->view)) {
+        !inactive.appearance.may_match(expected->view)) {
       continue;
     }
-    Candidate candidate{.id = id, .dormant = &dormant};
+    Candidate candidate{.id = id, .inactive = &inactive};
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if ((seen[i].pixel - expected->patches.front().centre).norm() > reach) continue;
-      const auto distance = dormant.appearance.distance(seen[i].view);
+      const auto distance = inactive.appearance.distance(seen[i].view);
       if (distance && *distance <= kSimilarBits) {
         candidate.like.emplace_back(*distance, static_cast<int>(i));
       }
@@ -154,7 +154,7 @@ std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
   }
   std::ranges::stable_sort(candidates, {}, [](const Candidate& c) { return c.like.front().first; });
   if (candidates.size() > kMostLandmarks) candidates.resize(kMostLandmarks);
-  std::ranges::sort(candidates, {}, [](const Candidate& c) { return c.dormant->number; });
+  std::ranges::sort(candidates, {}, [](const Candidate& c) { return c.inactive->number; });
   return candidates;
 }
 
@@ -162,7 +162,7 @@ std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
 InertialSlam::KnownLandmarks InertialSlam::known_landmarks(
     const std::vector<Candidate>& candidates) const {
   std::vector<int> numbers;
-  for (const Candidate& c : candidates) numbers.push_back(c.dormant->number);
+  for (const Candidate& c : candidates) numbers.push_back(c.inactive->number);
   Carried past = filter_.past().recall(numbers);
   KnownLandmarks known{
       .landmarks = {}, .C = std::move(past.C), .P = std::move(past.P), .by_place = {}};
@@ -185,7 +185,7 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
     const Index at = 3 * static_cast<Index>(i);
     Landmark landmark = known.landmarks[i];
     landmark.row = static_cast<int>(n + at);
-    candidates[i].dormant->p_nav = landmark.p_world;
+    candidates[i].inactive->p_nav = landmark.p_world;
     if (x.nav_T_world) landmark.p_world = x.nav_T_world->inverse() * landmark.p_world;
     x.landmarks.push_back(landmark);
   }
@@ -229,8 +229,8 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
   return result;
 }
 
-// Those that are jointly compatible, have been so from another place too, and tell something. As
-// the gate does, the test leaves out of the noise what many tracks share.
+// Those that are jointly compatible, have been so from another place too, and determine something.
+// As the gate does, the test leaves out of the noise what many tracks share.
 std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
                                                 const std::vector<Candidate>& candidates,
                                                 const std::vector<SeenLandmark>& seen,
@@ -270,7 +270,7 @@ std::vector<int> InertialSlam::confirmed_matches(const std::vector<int>& joint,
     const std::pair key(seen[static_cast<std::size_t>(match.observation)].id, candidate.id);
     const auto before = compatible.find(key);
     const Vector3d first = before == compatible.end() ? p_nav : before->second;
-    const double parallax = (p_nav - first).norm() / (candidate.dormant->p_nav - p_nav).norm();
+    const double parallax = (p_nav - first).norm() / (candidate.inactive->p_nav - p_nav).norm();
     if (parallax >= kLeastParallax) confirmed.push_back(i);
     now.emplace(key, first);
   }
@@ -293,13 +293,13 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
     }
     known_as_[s.id] = old.id;
     returned_.push_back(old.id);
-    numbers.push_back(old.dormant->number);
+    numbers.push_back(old.inactive->number);
     gone.push_back(s.index);
     appearances_.erase(s.id);
     Appearance& appearance = appearances_[old.id];
-    appearance = std::move(old.dormant->appearance);
+    appearance = std::move(old.inactive->appearance);
     appearance.add(s.view);
-    dormant_.erase(old.id);
+    inactive_.erase(old.id);
   }
   std::ranges::sort(gone);
   for (auto i = gone.rbegin(); i != gone.rend(); ++i) last_.erase(last_.begin() + *i);
@@ -318,24 +318,24 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
                        .dof = 2 * static_cast<int>(accepted.size())});
 }
 
-// A copy in which these landmarks do not return, nor later: the place of a map is refused.
+// A copy in which these landmarks do not return, nor later: the place of a map is rejected.
 std::shared_ptr<InertialSlam> InertialSlam::without(
     const Comparison& comparison, const std::vector<int>& accepted,
     const std::vector<Candidate>& candidates) const {
   auto copy = std::make_shared<InertialSlam>(*this);
   if (prior_) {
     copy->prior_ = Prior{.map = prior_->map};
-    ++copy->place_counts_.refused;
+    ++copy->place_counts_.rejected;
     return copy;
   }
   std::vector<int> numbers;
   for (const int i : accepted) {
     const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
-    numbers.push_back(old.dormant->number);
-    copy->dormant_.erase(old.id);
+    numbers.push_back(old.inactive->number);
+    copy->inactive_.erase(old.id);
   }
-  copy->filter_.forget(numbers);
+  copy->filter_.marginalise(numbers);
   copy->compatible_.clear();
   return copy;
 }

@@ -17,9 +17,9 @@ constexpr Time kIdsInterval = std::chrono::milliseconds(500);
 
 // Landmarks that leave the state. One that the gate has rejected was no point, or has become
 // another.
-void InertialSlam::note_dormant(std::span<const int> leaving) {
-  std::vector<int>& forgotten = work_.forgotten;
-  forgotten.clear();
+void InertialSlam::note_inactive(std::span<const int> leaving) {
+  std::vector<int>& marginalised = work_.marginalised;
+  marginalised.clear();
   rejected_.clear();
   if (settings_.recognise == Recognise::kNone) return;
   const State& x = filter_.state();
@@ -28,7 +28,8 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
     auto appearance = appearances_.extract(landmark.id);
     if (!landmark.has_place()) continue;
-    Dormant dormant{.number = landmark.considered ? *landmark.considered : number++, .left = now_};
+    InactiveLandmark inactive{.number = landmark.considered ? *landmark.considered : number++,
+                              .left = now_};
     bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
     if (!returns) {
       rejected_.push_back(landmark.id);
@@ -37,23 +38,23 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     }
     if (settings_.recognise == Recognise::kAppearance) {
       const Vector3d p_world = x.p_world(landmark);
-      dormant.p_nav = x.nav_T_world ? *x.nav_T_world * p_world : p_world;
-      if (!appearance.empty()) dormant.appearance = std::move(appearance.mapped());
-      const double distance = (dormant.p_nav - nav_T_camera(0).p).norm();
+      inactive.p_nav = x.nav_T_world ? *x.nav_T_world * p_world : p_world;
+      if (!appearance.empty()) inactive.appearance = std::move(appearance.mapped());
+      const double distance = (inactive.p_nav - nav_T_camera(0).p).norm();
       returns =
-          returns && !dormant.appearance.empty() && landmark.observations >= kLeastObservations &&
-          (landmark.id >= kFirstMapId || choice_.choose(landmark.id, dormant.p_nav, distance,
-                                                        dormant.appearance.views().front().from));
+          returns && !inactive.appearance.empty() && landmark.observations >= kLeastObservations &&
+          (landmark.id >= kFirstMapId || choice_.choose(landmark.id, inactive.p_nav, distance,
+                                                        inactive.appearance.views().front().from));
     }
     if (returns) {
-      dormant_[landmark.id] = std::move(dormant);
+      inactive_[landmark.id] = std::move(inactive);
     } else {
-      forgotten.push_back(dormant.number);
+      marginalised.push_back(inactive.number);
     }
   }
   for (const LandmarkId id : choice_.thin()) {
-    const auto dormant = dormant_.extract(id);
-    if (!dormant.empty()) forgotten.push_back(dormant.mapped().number);
+    const auto inactive = inactive_.extract(id);
+    if (!inactive.empty()) marginalised.push_back(inactive.mapped().number);
   }
 }
 
@@ -64,8 +65,8 @@ void InertialSlam::bound_considered() {
   const auto& considered = filter_.state().considered;
   while (considered && considered->away.size() > kMostAway) {
     const Landmark& first = considered->away.front();
-    dormant_.erase(first.id);
-    filter_.forget(std::array{*first.considered});
+    inactive_.erase(first.id);
+    filter_.marginalise(std::array{*first.considered});
   }
 }
 
@@ -96,15 +97,15 @@ bool InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observ
   if (searched_ && now_ - *searched_ < kIdsInterval) return false;
   std::vector<int> numbers;
   for (const PixelObservation* o : observations) {
-    const auto known = dormant_.find(o->landmark);
-    if (known == dormant_.end()) continue;
+    const auto known = inactive_.find(o->landmark);
+    if (known == inactive_.end()) continue;
     numbers.push_back(known->second.number);
-    dormant_.erase(known);
+    inactive_.erase(known);
   }
   if (numbers.empty()) return false;
   searched_ = now_;
   without_ = std::make_shared<InertialSlam>(*this);
-  without_->filter_.forget(numbers);
+  without_->filter_.marginalise(numbers);
   returned_.clear();
   for (const int number : numbers) returned_.push_back(filter_.past().landmark(number).id);
   revive(std::move(numbers));

@@ -24,9 +24,9 @@ void InertialSlam::remove_ended_tracks() {
 }
 
 // At an assumed depth.
-std::optional<NewLandmark> InertialSlam::begin_undelayed(LandmarkId id, int camera_index,
-                                                         const Eigen::Vector2d& pixel,
-                                                         bool anchored) const {
+std::optional<NewLandmark> InertialSlam::initialise_undelayed(LandmarkId id, int camera_index,
+                                                              const Eigen::Vector2d& pixel,
+                                                              bool anchored) const {
   const Camera& camera = cameras_[static_cast<std::size_t>(camera_index)];
   const State& x = filter_.state();
   AssumedDepth depth{
@@ -41,31 +41,33 @@ std::optional<NewLandmark> InertialSlam::begin_undelayed(LandmarkId id, int came
     if (!own) return std::nullopt;
     depth = *own;
   }
-  const auto begin = anchored ? begin_anchored : begin_at_depth;
-  return begin(camera, track_noise().sigma, x, id, pixel, depth.mean, depth.sigma, camera_index);
+  const auto initialise = anchored ? initialise_anchored : initialise_at_depth;
+  return initialise(camera, track_noise().sigma, x, id, pixel, depth.mean, depth.sigma,
+                    camera_index);
 }
 
-void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e) {
+void InertialSlam::initialise_fresh(const std::vector<const PixelObservation*>& fresh,
+                                    Estimate& e) {
   const bool anchored = settings_.landmarks == LandmarkForm::kInverseDepth;
   int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
-  Reused<NewLandmark>& landmarks = work_.begun;
+  Reused<NewLandmark>& landmarks = work_.initialised;
   landmarks.clear();
   for (const PixelObservation* o : fresh) {
-    const bool begun = std::any_of(landmarks.begin(), landmarks.end(),
-                                   [&](const NewLandmark& l) { return l.id == o->landmark; });
-    if (room <= 0 || begun) continue;
+    const bool initialised = std::any_of(landmarks.begin(), landmarks.end(),
+                                         [&](const NewLandmark& l) { return l.id == o->landmark; });
+    if (room <= 0 || initialised) continue;
     if (anchored && landmarks.empty()) keep_pose(now_);
-    const auto landmark = begin_undelayed(o->landmark, o->camera, o->pixel, anchored);
+    const auto landmark = initialise_undelayed(o->landmark, o->camera, o->pixel, anchored);
     if (!landmark) continue;
     landmarks.append() = *landmark;
     --room;
   }
-  add_begun(e);
+  add_initialised(e);
 }
 
 // For the landmarks that this frame initialises and one more.
 bool InertialSlam::has_room() const {
-  const auto there = filter_.state().landmarks.size() + work_.begun.size();
+  const auto there = filter_.state().landmarks.size() + work_.initialised.size();
   return static_cast<int>(there) < settings_.max_landmarks;
 }
 
@@ -74,72 +76,72 @@ bool InertialSlam::has_view(const Track& track, int clone) {
                      [&](const ClonedView& view) { return view.clone == clone; });
 }
 
-void InertialSlam::add_begun(Estimate& e) {
-  const Reused<NewLandmark>& landmarks = work_.begun;
+void InertialSlam::add_initialised(Estimate& e) {
+  const Reused<NewLandmark>& landmarks = work_.initialised;
   filter_.add(landmarks);
   for (const NewLandmark& landmark : landmarks) {
     last_.push_back({.seen = frame_, .matches = landmark.matches});
   }
   e.added += static_cast<int>(landmarks.size());
-  work_.begun.clear();
+  work_.initialised.clear();
 }
 
 // Adds the initialised landmarks to the filter, then updates it with the projected residuals.
 void InertialSlam::null_space_update(Estimate& e) {
-  add_begun(e);
-  filter_.update(work_.rests);
-  work_.rests.clear();
+  add_initialised(e);
+  filter_.update(work_.null_space);
+  work_.null_space.clear();
 }
 
 // Many tracks are processed in one update, which costs less than one by one. But not all at once:
 // later ones are linearised at a better state, which matters where the window of a start's tracks
 // ends.
-void InertialSlam::begin_from_tracks(CameraSet looking, Estimate& e) {
+void InertialSlam::initialise_from_tracks(CameraSet observers, Estimate& e) {
   const bool full = static_cast<int>(window_.size()) >= settings_.clones;
   const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the rows of the clones
   for (Track& track : tracks_) {
     const bool seen = track.seen == frame_;
-    const bool lost = !seen && (track.cameras & looking) != 0;
+    const bool lost = !seen && (track.cameras & observers) != 0;
     const bool last_chance = lost || (cloned_ && full && has_view(track, window_.front()));
-    const bool may_begin = seen && cloned_ && has_room();
-    if (!last_chance && !may_begin) continue;
+    const bool may_initialise = seen && cloned_ && has_room();
+    if (!last_chance && !may_initialise) continue;
     const bool found = find_start(track.id, track.views);
-    if (found && may_begin && is_certain(work_.start) && take_rest(work_.start)) {
-      work_.begun.append() = work_.start.landmark;
+    if (found && may_initialise && is_certain(work_.start) && take_null_space(work_.start)) {
+      work_.initialised.append() = work_.start.landmark;
       track.ended = true;
     } else if (last_chance) {
       if (found && is_somewhere(work_.start)) {
-        const bool accepted = take_rest(work_.start);
+        const bool accepted = take_null_space(work_.start);
         if (recent_tracks_) recent_tracks_->note(accepted);
       }
       track.views.clear();
       track.ended = lost;
     }
-    if (work_.rests.size() >= many) null_space_update(e);
+    if (work_.null_space.size() >= many) null_space_update(e);
   }
   null_space_update(e);
   remove_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());
-  if (!e.zero_velocity) begin_what_is_missing(e);
+  if (!e.zero_velocity) initialise_missing(e);
 }
 
 // With few landmarks, as at the start or after a sharp turn, tracks are initialised without delay.
-void InertialSlam::begin_what_is_missing(Estimate& e) {
+void InertialSlam::initialise_missing(Estimate& e) {
   int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
-  Reused<NewLandmark>& landmarks = work_.begun;
+  Reused<NewLandmark>& landmarks = work_.initialised;
   for (Track& track : tracks_) {
     if (missing <= 0) break;
     if (track.views.empty() || track.views.back().clone != frame_) continue;
     const ClonedView& view = track.views.back();
-    const auto landmark = begin_undelayed(track.id, view.camera, view.pixel, true);
+    const auto landmark = initialise_undelayed(track.id, view.camera, view.pixel, true);
     if (!landmark) continue;
     landmarks.append() = *landmark;
     track.ended = true;
     --missing;
   }
   remove_ended_tracks();
-  add_begun(e);
+  add_initialised(e);
 }
 
 TrackUse InertialSlam::use_of_tracks() {
@@ -152,9 +154,9 @@ TrackUse InertialSlam::use_of_tracks() {
 bool InertialSlam::find_start(LandmarkId id, const Views& views) {
   constexpr std::size_t kLeastViews = 3;
   return views.size() >= kLeastViews &&
-         begin_multi_view(cameras_, track_noise(), filter_.state(), id, views,
-                          settings_.landmarks == LandmarkForm::kInverseDepth, linearisation(),
-                          work_.multi_view, work_.start);
+         initialise_multi_view(cameras_, track_noise(), filter_.state(), id, views,
+                               settings_.landmarks == LandmarkForm::kInverseDepth, linearisation(),
+                               work_.multi_view, work_.start);
 }
 
 // Whether the views determine the point well enough for a landmark.
@@ -172,10 +174,10 @@ bool InertialSlam::is_somewhere(const MultiViewStart& start) const {
 }
 
 // Adds the projected residual of the views to those of this frame, if it passes the gate.
-bool InertialSlam::take_rest(const MultiViewStart& start) {
-  const double square = filter_.joint_normalised_square(start.rest);
-  if (!(square < gate_square(start.rest_rows))) return false;
-  for (const Measurement& z : start.rest) work_.rests.append() = z;
+bool InertialSlam::take_null_space(const MultiViewStart& start) {
+  const double square = filter_.joint_normalised_square(start.null_space);
+  if (!(square < gate_square(start.null_space_rows))) return false;
+  for (const Measurement& z : start.null_space) work_.null_space.append() = z;
   return true;
 }
 
