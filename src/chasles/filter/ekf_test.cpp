@@ -24,7 +24,7 @@ void expect_unchanged(const Ekf& ekf, const Ekf& before) {
   EXPECT_EQ(test::distance(ekf.state(), before.state()), 0);
   EXPECT_TRUE(test::agree(ekf.covariance(), before.covariance(), 1e-15));
   const auto map = ekf.past().map();
-  const auto map_before = before.map();
+  const auto map_before = before.past().map();
   ASSERT_EQ(map.size(), map_before.size());
   for (std::size_t i = 0; i < map.size(); ++i) {
     EXPECT_EQ(map[i].observations, map_before[i].observations);
