@@ -6,6 +6,7 @@
 
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
+#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
 #include <chasles/base/error.hpp>
 
