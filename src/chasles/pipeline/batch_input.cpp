@@ -2,6 +2,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
+#include <chasles/slam/start_covariance.hpp>
 
 namespace chasles {
 namespace {

@@ -7,6 +7,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
+#include <chasles/slam/start_covariance.hpp>
 #include <chasles/base/stage_clock.hpp>
 #include <chasles/base/validate.hpp>
 
