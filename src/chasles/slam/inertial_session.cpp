@@ -2,10 +2,10 @@
 #include <chrono>
 #include <utility>
 
+#include <chasles/base/validate.hpp>
+#include <chasles/estimate/plausible.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/estimate/plausible.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -249,7 +249,7 @@ void InertialSession::end_part(bool lost) {
     earlier_place_counts_ = place_counts();
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
-    earlier_timed_counts_.late += slam_->timed_waiting();
+    earlier_timed_counts_.late += slam_->propagator().timed_waiting();
     slam_.reset();
     trial_.end();
   }
@@ -295,26 +295,28 @@ double InertialSession::waited() const {
 
 std::vector<Closure> InertialSession::closures() const {
   std::vector<Closure> all = earlier_closures_;
-  if (slam_) all.insert(all.end(), slam_->closures().begin(), slam_->closures().end());
+  if (slam_)
+    all.insert(all.end(), slam_->loops().closures().begin(), slam_->loops().closures().end());
   return all;
 }
 
 std::vector<Time> InertialSession::recognised() const {
   std::vector<Time> all = earlier_recognised_;
-  if (slam_) all.insert(all.end(), slam_->recognised().begin(), slam_->recognised().end());
+  if (slam_)
+    all.insert(all.end(), slam_->loops().recognised().begin(), slam_->loops().recognised().end());
   return all;
 }
 
 std::map<LandmarkId, LandmarkId> InertialSession::known_as() const {
   std::map<LandmarkId, LandmarkId> all = earlier_known_as_;
-  if (slam_) all.insert(slam_->known_as().begin(), slam_->known_as().end());
+  if (slam_) all.insert(slam_->loops().known_as().begin(), slam_->loops().known_as().end());
   return all;
 }
 
 // The map in which the run has found its place, else the larger one.
 std::optional<LandmarkMap> InertialSession::landmark_map() const {
   if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_map_;
-  const bool placed = slam_->place_counts().placed.has_value();
+  const bool placed = slam_->loops().place_counts().placed.has_value();
   if (earlier_map_ && earlier_map_placed_ && !placed) return earlier_map_;
   LandmarkMap map = slam_->landmark_map();
   const bool smaller = earlier_map_ && map.points.size() < earlier_map_->points.size();
@@ -326,7 +328,7 @@ std::optional<LandmarkMap> InertialSession::landmark_map() const {
 PlaceCounts InertialSession::place_counts() const {
   PlaceCounts counts = earlier_place_counts_;
   if (!slam_) return counts;
-  const PlaceCounts& own = slam_->place_counts();
+  const PlaceCounts& own = slam_->loops().place_counts();
   counts.searches += own.searches;
   counts.proposed += own.proposed;
   counts.refused += own.refused;
@@ -336,14 +338,14 @@ PlaceCounts InertialSession::place_counts() const {
 
 ImuBuffer::Counts InertialSession::imu_counts() const {
   ImuBuffer::Counts counts = earlier_counts_;
-  if (slam_) add(slam_->imu_counts(), counts);
+  if (slam_) add(slam_->propagator().imu_counts(), counts);
   return counts;
 }
 
 TimedMeasurementCounts InertialSession::timed_counts() const {
   TimedMeasurementCounts counts = earlier_timed_counts_;
   if (!slam_) return counts;
-  const TimedMeasurementCounts& own = slam_->timed_counts();
+  const TimedMeasurementCounts& own = slam_->propagator().timed_counts();
   counts.used += own.used;
   counts.rejected += own.rejected;
   counts.late += own.late;

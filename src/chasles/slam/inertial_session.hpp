@@ -11,9 +11,9 @@
 #include <vector>
 
 #include <chasles/imu/sample_gaps.hpp>
+#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
@@ -78,8 +78,8 @@ class InertialSession {
   int resets() const { return resets_; }
   int dropped_frames() const { return dropped_frames_; }
   std::vector<Closure> closures() const;
-  std::vector<Time> recognised() const;  ///< as InertialSlam::recognised, of all parts
-  /// As InertialSlam::known_as, of all parts.
+  std::vector<Time> recognised() const;  ///< as LoopCloser::recognised, of all parts
+  /// As LoopCloser::known_as, of all parts.
   std::map<LandmarkId, LandmarkId> known_as() const;
   /// What another run can recognise (InertialSlam::landmark_map) of a part of the run: one that has
   /// found its place in the prior map, else the one with most landmarks. Not of a part that was
@@ -90,7 +90,7 @@ class InertialSession {
   TimedMeasurementCounts timed_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
-  /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
+  /// The landmarks of all parts of the run, in nav (InertialSlam::past_nav).
   std::vector<MapLandmark> map_nav() const { return past_nav().landmarks; }
   /// The same with the poses of all frames of all parts.
   Past::Estimates past_nav() const;
