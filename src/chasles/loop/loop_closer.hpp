@@ -90,7 +90,7 @@ class LoopCloser {
   /// no point, or has become another.
   void note_leaving(std::span<const int> leaving, const Ekf& filter, const LandmarkRecords& records,
                     Time now);
-  /// After they have left: those that do not return are forgotten by the filter.
+  /// After they have left: those that do not return are discarded by the filter.
   void forget_rest(Ekf& filter);
 
   /// Of the last return, and of the last frame: the landmarks that left because the gate had
