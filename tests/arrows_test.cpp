@@ -28,8 +28,8 @@ const Arrows kArrows = {
     // The filter with body velocities.
     {"velocity", {"estimate"}},
     {"initialise", {"estimate"}},
-    // The appearance of landmarks, matches by it, saved maps.
-    {"loop", {"filter", "eval"}},
+    // The appearance of landmarks, matches by it, saved maps. Counts closures as estimates do.
+    {"loop", {"estimate"}},
     {"slam", {"initialise", "loop"}},
     // The same start, frames and noise as the filters.
     {"smooth", {"slam", "velocity"}},

@@ -28,12 +28,12 @@ FeatureFrame kept(const FeatureFrame& frame, const std::deque<FeatureFrame>& bef
 }
 
 SlamReport report_of(const InertialSlam& slam) {
-  return {.imu = slam.imu_counts(),
-          .timed = slam.timed_counts(),
-          .places = slam.place_counts(),
-          .closures = slam.closures(),
-          .recognised = slam.recognised(),
-          .known_as = slam.known_as()};
+  return {.imu = slam.propagator().imu_counts(),
+          .timed = slam.propagator().timed_counts(),
+          .places = slam.loops().place_counts(),
+          .closures = slam.loops().closures(),
+          .recognised = slam.loops().recognised(),
+          .known_as = slam.loops().known_as()};
 }
 
 }  // namespace
@@ -240,7 +240,7 @@ void InertialSession::end_part(bool lost) {
     std::erase_if(earlier_.past.poses, [](const PastPose& pose) { return !is_finite(pose); });
     keep_map(lost);
     earlier_.report = report_of_parts();
-    earlier_.report.timed.late += slam_->timed_waiting();
+    earlier_.report.timed.late += slam_->propagator().timed_waiting();
     slam_.reset();
     trial_.end();
   }
@@ -298,13 +298,13 @@ SlamReport InertialSession::report() const {
 
 // Whether a part has found its place in the prior map.
 bool InertialSession::has_place() const {
-  return earlier_.report.places.placed || (slam_ && slam_->place_counts().placed);
+  return earlier_.report.places.placed || (slam_ && slam_->loops().place_counts().placed);
 }
 
 // The map in which the run has found its place, else the larger one.
 std::optional<LandmarkMap> InertialSession::landmark_map() const {
   if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_.map;
-  const bool placed = slam_->place_counts().placed.has_value();
+  const bool placed = slam_->loops().place_counts().placed.has_value();
   if (earlier_.map && earlier_.map_placed && !placed) return earlier_.map;
   LandmarkMap map = slam_->landmark_map();
   const bool smaller = earlier_.map && map.points.size() < earlier_.map->points.size();

@@ -81,7 +81,7 @@ class InertialSession {
   std::optional<LandmarkMap> landmark_map() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
-  /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
+  /// The landmarks of all parts of the run, in nav (InertialSlam::past_nav).
   std::vector<MapLandmark> map_nav() const { return past_nav().landmarks; }
   /// The same with the poses of all frames of all parts.
   Past::Estimates past_nav() const;
