@@ -46,7 +46,7 @@ Estimation walk(const Recording& recording, const InertialStart& start,
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (frame && frame->time >= start.time) run.estimates.push_back(slam.process(*frame));
   }
-  run.counts = slam.timed_counts();
+  run.counts = slam.propagator().timed_counts();
   return run;
 }
 
