@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table study convergence recordings-consistency docs \
+.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table pictures study convergence recordings-consistency docs \
   prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -66,8 +66,11 @@ bench:    ## ratios of cost, measured in one run
 	cmake --build --preset release
 	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
 
-table: build  ## runs all real recordings: fills docs/results.md and studies/results.md
-	@python3 -m studies.table
+table: build  ## runs all real recordings: fills README.md, docs/results.md, studies/{results,peers}.md
+	@python3 -m studies.table $(ARGS)
+
+pictures: build  ## renders two walks: docs/images/run-page.png and loop.png, and their figures in README.md
+	@python3 -m studies.pictures
 
 study: build  ## 100 simulated runs of each inertial scene: fills studies/consistency.md
 	@python3 -m studies.study

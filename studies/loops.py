@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """python3 -m studies.loops [loops] [held-out]: runs with and without recognition, on rendered walks that see places
 again, on a block of corridors that all look alike, and on real recordings. Without an argument both. Fills
-studies/recognition.md and, with Chromium, takes the picture docs/images/loop.png. The recordings are rendered to
-out/loops, once: half an hour, 5 GB. Needs NumPy."""
+studies/recognition.md. The recordings are rendered to out/loops, once: half an hour, 5 GB. Needs NumPy."""
 
 import concurrent.futures
 import math
@@ -13,11 +12,11 @@ import statistics
 import typing
 
 from studies.block import Revisits
-from studies.pages import fill, table, take_picture
+from studies.pages import fill, table
 from studies.program import EUROC, ROOT, Argument, Json, chasles, one_of, parser, read_json, render
 
 OUT = ROOT / "out/loops"
-PAGE, PICTURE = ROOT / "studies/recognition.md", ROOT / "docs/images/loop.png"
+PAGE = ROOT / "studies/recognition.md"
 MARKERS = {PAGE: ("loops", "held-out", "revisits")}
 SMALL: Json = {"rest_duration": 1, "frame_rate": 10, "focal_length": 250, "image_width": 376, "image_height": 240,
          "center_u": 187.5, "center_v": 119.5, "hall_length": 10, "sections": 8}
@@ -132,9 +131,6 @@ def loops_part(pool: concurrent.futures.Executor) -> None:
     results = dict(pool.map(estimate, [*SCENES, *REAL]))
     head = ["recording", "ATE m", "of the smoothed path", "its NEES, position/attitude", "closures", "time"]
     fill(PAGE, "loops", table(head, [row(name, both) for name, both in results.items()]))
-    page = OUT / "page.html"
-    chasles("report", OUT / "runs/block-twice-none", OUT / "runs/block-twice-appearance", "-o", page)
-    take_picture(page, PICTURE, 20)
 
 
 def held_out_part(pool: concurrent.futures.Executor) -> None:
