@@ -8,27 +8,27 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/codec/durable_file.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/report/study.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/output_folder.hpp>
+#include <chasles/session/progress.hpp>
+#include <chasles/session/run_figures.hpp>
+#include <chasles/session/summary.hpp>
 
 #include "compare_material.hpp"
 #include "filter_options.hpp"
-#include "interrupt.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "loops_options.hpp"
 #include "options.hpp"
-#include "output_folder.hpp"
 #include "print.hpp"
-#include "progress.hpp"
-#include "run_figures.hpp"
 #include "scene_options.hpp"
 #include "subcommands.hpp"
-#include "summary.hpp"
 
 namespace chasles::app {
 namespace {
@@ -184,7 +184,7 @@ int compare(const CompareOptions& o) {
   const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
   const std::vector<FilterVariant>& filters = material.filters;
   const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
-  if (!scene) refuse_output_into(o.output, o.scene.name);
+  if (!scene) reject_output_into(o.output, o.scene.name);
   if (!o.output.empty()) {
     const SignalsHeld held;
     end.emplace(prepare_output(o.output));

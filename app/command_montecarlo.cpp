@@ -9,16 +9,16 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/progress.hpp>
 
 #include "filter_options.hpp"
-#include "interrupt.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "options.hpp"
 #include "print.hpp"
-#include "progress.hpp"
 #include "ranks.hpp"
 #include "scene_options.hpp"
 #include "subcommands.hpp"

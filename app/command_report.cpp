@@ -3,14 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
+#include <chasles/session/run_folder.hpp>
 
 #include "print.hpp"
-#include "run_folder.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {

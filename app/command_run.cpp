@@ -5,25 +5,25 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
 #include <chasles/base/stopwatch.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/session/full_covariance.hpp>
+#include <chasles/session/interrupt.hpp>
+#include <chasles/session/map_output.hpp>
+#include <chasles/session/output_folder.hpp>
+#include <chasles/session/remarks.hpp>
+#include <chasles/session/run_input.hpp>
+#include <chasles/session/run_job.hpp>
+#include <chasles/session/summary.hpp>
 
-#include "full_covariance.hpp"
-#include "interrupt.hpp"
 #include "live_view.hpp"
-#include "map_output.hpp"
-#include "output_folder.hpp"
 #include "print.hpp"
-#include "remarks.hpp"
 #include "run_command_options.hpp"
-#include "run_input.hpp"
-#include "run_job.hpp"
 #include "subcommands.hpp"
-#include "summary.hpp"
 
 namespace chasles::app {
 namespace {
@@ -96,7 +96,7 @@ Json deliver(const RunCommandOptions& o, const CompletedRun& run, const Stopwatc
     summary = write_run(run.result.run, summary, o.output, take_time);
   }
   if (!o.full_covariance.empty()) {
-    write_full_covariance(*run.estimator->filter(), run.estimator->state_names(),
+    write_full_covariance(*filter_with_joint_map(*run.estimator), run.estimator->state_names(),
                           run.result.run.landmarks, o.full_covariance);
   }
   return with_timing(summary, timing);
@@ -120,7 +120,7 @@ int run_command(RunCommandOptions o) {
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN or --live");
   }
-  refuse_output_into(o.output, o.input.recording);
+  reject_output_into(o.output, o.input.recording);
   Recording recording = read_input(o.input);
   const RemarksOnError remarks(recording);
   const Interrupt interrupt(
@@ -136,9 +136,10 @@ int run_command(RunCommandOptions o) {
   const Json figures = deliver(o, run, wall);
   print(o, figures);
   live.finish(run.result.run, json_text(figures), interrupted);
-  const std::string no_map = save_map(o, recording, run);
-  if (!no_map.empty()) spdlog::error("{}", no_map);
-  return exit_code(o, run.result.run, interrupted, no_map, figures);
+  const MapOutcome map = save_map(o, recording, run);
+  if (!map.saved.empty() && !o.quiet && !o.json) app::print("map: {}\n", map.saved);
+  if (!map.not_saved.empty()) spdlog::error("{}", map.not_saved);
+  return exit_code(o, run.result.run, interrupted, map.not_saved, figures);
 }
 
 }  // namespace

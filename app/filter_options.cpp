@@ -7,12 +7,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/report/study.hpp>
-
-#include "inertial_settings_io.hpp"
-#include "settings_io.hpp"
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/settings_io.hpp>
 
 namespace chasles::app {
 namespace {

@@ -6,8 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/lab/trial.hpp>
-
-#include "velocity_settings_io.hpp"
+#include <chasles/session/velocity_settings_io.hpp>
 
 namespace CLI {
 class App;

@@ -1,8 +1,8 @@
 #include "lab_scene.hpp"
 
 #include <chasles/lab/loops.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
 
-#include "inertial_settings_io.hpp"
 #include "loops_options.hpp"
 #include "trial_log.hpp"
 

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 
 #include "print.hpp"
 
@@ -115,6 +115,18 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known,
                     .summary = json_text(known),
                     .cameras = static_cast<int>(recording.cameras.size()),
                     .pictures = pictures});
+}
+
+void LiveView::on_images(const ImageFrame& images) {
+  if (frames_) frames_->see(images);
+}
+
+void LiveView::on_frame(const FeatureFrame& frame) {
+  if (frames_) frames_->follow(frame);
+}
+
+void LiveView::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+  if (frames_) frames_->note_outcomes(frame, outcomes);
 }
 
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,

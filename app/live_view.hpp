@@ -9,10 +9,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/foxglove/service.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/session/session_observer.hpp>
 
 #include "live_frames.hpp"
 
@@ -39,7 +40,7 @@ std::uint16_t port_of(const std::string& option, const std::string& text);
 
 /// Shows a run in progress: to viewers if --live or --foxglove was given, and in the run folder if
 /// there is one.
-class LiveView {
+class LiveView : public SessionObserver {
  public:
   /// Starts the servers and prints their URLs to stderr. `stop` is called where a viewer asks the
   /// run to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not
@@ -48,18 +49,16 @@ class LiveView {
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
-  ~LiveView();  ///< sends viewers the rest, for some seconds
+  ~LiveView() override;  ///< sends viewers the rest, for some seconds
 
-  /// `known` is the part of the summary that is known before the run. The recording must outlive
-  /// the run.
-  void begin(const Run& header, const nlohmann::ordered_json& known, const Recording& recording);
-  /// The frames that viewers can see; null where nobody can.
-  LiveFrames* frames() { return frames_ ? &*frames_ : nullptr; }
-  /// Publishes the new states of `run`. `frames` frames are done, which cover `recorded_seconds`
-  /// [s].
+  void begin(const Run& header, const nlohmann::ordered_json& known,
+             const Recording& recording) override;
+  void on_images(const ImageFrame& images) override;
+  void on_frame(const FeatureFrame& frame) override;
+  void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override;
   void advance(const Run& run, std::size_t frames, double recorded_seconds,
-               const std::function<LiveMap()>& map);
-  void smoothing();
+               const std::function<LiveMap()>& map) override;
+  void smoothing() override;
   /// Announces the complete run, after the run folder was written. `summary` includes the timing.
   void finish(const Run& run, std::string summary, bool interrupted);
   void fail(const std::string& why);
@@ -70,7 +69,7 @@ class LiveView {
 
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<FoxgloveService> foxglove_;
-  std::optional<LiveFrames> frames_;
+  std::optional<LiveFrames> frames_;  ///< that viewers can see; none where nobody can
   std::unique_ptr<LiveServer> server_, foxglove_server_;
   std::unique_ptr<GrowingRun> growing_;
   std::size_t shown_ = 0;  ///< number of states published

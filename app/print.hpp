@@ -1,35 +1,23 @@
 #pragma once
 
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
-// What the program prints. Names of recordings, sessions, topics and files are anybody's: control
-// characters in them would command the terminal, so they are printed as `\u001b`.
+#include <chasles/session/print_text.hpp>
+
 namespace chasles::app {
 
-/// Prints to stdout. Throws UsageError if that is not possible.
-void print_text(std::string_view text);
-
-/// The same to stderr. A stderr that cannot be written is no error.
-void note_text(std::string_view text);
-
-/// `print("{}: {} frames\n", name, frames)`.
+/// `print("{}: {} frames\n", name, frames)`: as print_text().
 template <typename... Values>
 void print(fmt::format_string<Values...> format, Values&&... values) {
   print_text(fmt::format(format, std::forward<Values>(values)...));
 }
 
+/// As note_text().
 template <typename... Values>
 void note(fmt::format_string<Values...> format, Values&&... values) {
   note_text(fmt::format(format, std::forward<Values>(values)...));
 }
-
-/// Writes what stdout still holds. Throws UsageError if that is not possible.
-void flush_stdout();
-
-/// Log messages of this program go to stderr as `NAME: error: …`. `threads`: of several threads.
-void log_to_stderr(const char* name, bool threads = false);
 
 }  // namespace chasles::app

@@ -7,9 +7,10 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
+#include <chasles/session/image_keeper.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
 
-#include "image_keeper.hpp"
-#include "inertial_settings_io.hpp"
+#include "declare_truth.hpp"
 #include "options.hpp"
 
 namespace chasles::app {
@@ -125,6 +126,29 @@ void declare_realtime(CLI::App& parser, RunCommandOptions& o) {
   add_number(parser, "--realtime-speed", o.realtime_speed, "X",
              "As --realtime, at X times the real speed", 0.001, 1e6)
       ->group("Method");
+}
+
+int every_of(const std::string& text) {
+  int every = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, every);
+  if (text.empty() || (error == std::errc() && stop == end && every > 0)) return every;
+  throw UsageError(
+      fmt::format("--keep-images: found '{}', expected a number of frames, 1 or more", text));
+}
+
+void declare_keep_images(CLI::App& parser, std::optional<int>& every) {
+  parser
+      .add_option_function<std::string>(
+          "--keep-images", [&every](const std::string& text) { every = every_of(text); },
+          fmt::format(
+              "Keep every N-th frame for viewing (default: about {} frames): per camera a JPEG of "
+              "at most {} px width, about 20 kB, and the tracked points with their outcomes. The "
+              "page shows as many as fit into 8 MB",
+              ImageKeeper::kFrames, ImageKeeper::kWidth))
+      ->expected(0, 1)
+      ->type_name("[N]")
+      ->group("Output");
 }
 
 void declare_output(CLI::App& parser, RunCommandOptions& o) {

@@ -11,15 +11,15 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/lab/true_motion.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/session/run_input.hpp>
+#include <chasles/session/settings_io.hpp>
 #include <chasles/sim/street.hpp>
 
 #include "options.hpp"
-#include "run_input.hpp"
-#include "settings_io.hpp"
 
 namespace chasles::app {
 namespace {
@@ -59,7 +59,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
 }
 
 void take_path(const SceneChoice& choice, InertialScene& scene) {
-  if (choice.name != kTrajectory) return refuse_path(choice);
+  if (choice.name != kTrajectory) return reject_path(choice);
   if (choice.agreed_truth && !choice.real_imu) {
     throw UsageError("--agreed-truth needs --real-imu: it fuses the truth with the real samples");
   }
@@ -81,14 +81,6 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
 }
 
 }  // namespace
-
-void assign(const SettingList& list, const std::string& option, const std::string& assignment) {
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw UsageError(fmt::format("{}: found '{}', expected key=value", option, assignment));
-  }
-  set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
-}
 
 void check_scene(const std::string& name) {
   std::vector<std::string> known;
@@ -119,7 +111,7 @@ void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& grou
       ->group(group);
 }
 
-void refuse_path(const SceneChoice& choice) {
+void reject_path(const SceneChoice& choice) {
   if (choice.path.empty() && !choice.real_imu && !choice.agreed_truth) return;
   throw UsageError(
       fmt::format("--path, --real-imu and --agreed-truth are for the scene {}, not for {}",

@@ -6,9 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/session/settings_io.hpp>
 #include <chasles/sim/inertial_settings.hpp>
-
-#include "settings_io.hpp"
 
 namespace CLI {
 class App;
@@ -30,13 +29,10 @@ struct SceneChoice {
 /// Declares --path, --real-imu and --agreed-truth in this group of --help.
 void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group);
 /// Throws UsageError if one of these options is given. For scenes other than `trajectory`.
-void refuse_path(const SceneChoice& choice);
+void reject_path(const SceneChoice& choice);
 
 /// Declares the options of a scene: those of declare_path(), --seed, --scene-set, --scene-config.
 void declare_scene(CLI::App& parser, SceneChoice& choice);
-
-/// As set(), with the name of `option` in messages.
-void assign(const SettingList& list, const std::string& option, const std::string& assignment);
 
 /// Throws UsageError with the known scenes, those with body velocities among them, for another
 /// name.

@@ -6,7 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "coverage.hpp"
+#include <chasles/session/coverage.hpp>
+
 #include "options.hpp"
 
 namespace chasles::app {

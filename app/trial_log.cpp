@@ -11,16 +11,16 @@
 #include <fmt/format.h>
 
 #include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/session/output_folder.hpp>
 
 #include "filter_options.hpp"
 #include "lab_report.hpp"
 #include "loops_options.hpp"
-#include "output_folder.hpp"
 #include "scene_options.hpp"
 
 namespace chasles::app {

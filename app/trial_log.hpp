@@ -11,8 +11,7 @@
 
 #include <chasles/lab/loops_settings.hpp>
 #include <chasles/lab/monte_carlo.hpp>
-
-#include "output_folder.hpp"
+#include <chasles/session/output_folder.hpp>
 
 namespace chasles::app {
 

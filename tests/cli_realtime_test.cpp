@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/run_folder/run.hpp>
+#include <chasles/session/realtime.hpp>
 
 #include "cli_test.hpp"
-#include "realtime.hpp"
 
 // `chasles run --realtime`. The number of dropped frames depends on the machine and is not tested.
 namespace chasles::test {
@@ -57,7 +57,7 @@ TEST(Realtime, EveryFrameIsEstimatedOrDropped) {
   }
 }
 
-TEST(Realtime, IsToldOnTheCommandLine) {
+TEST(Realtime, IsReportedOnTheCommandLine) {
   const Scratch folder;
   simulate_hallway(folder);
   const Outcome outcome = chasles(folder, "run rec --begin truth --stop 1 --realtime");
@@ -66,7 +66,7 @@ TEST(Realtime, IsToldOnTheCommandLine) {
   expect_part(outcome.out, "latency from a frame to its estimate: mean ");
 }
 
-TEST(Realtime, WithoutItNothingIsToldOfIt) {
+TEST(Realtime, WithoutItNothingIsReportedOfIt) {
   const Scratch folder;
   simulate_hallway(folder);
   const Outcome outcome = chasles(folder, "run rec --begin truth --stop 1 --json --quiet");
@@ -102,7 +102,7 @@ TEST(Realtime, AnInterruptEndsTheWait) {
   expect_part(summary.at("remarks").dump(), "interrupted after ");
 }
 
-TEST(Realtime, RefusesWhatItCannotDo) {
+TEST(Realtime, RejectsWhatItCannotDo) {
   const Scratch folder;
   simulate(folder);
   expect_error(chasles(folder, "run rec --realtime"), 1,
@@ -114,19 +114,18 @@ TEST(Realtime, RefusesWhatItCannotDo) {
 TEST(Realtime, QuantilesAreThoseOfTheSortedValues) {
   std::vector<double> values;
   for (int i = 1; i <= 200; ++i) values.push_back((i * 77) % 200 + 1);  // 1 … 200, each once
-  EXPECT_EQ(app::quantile(values, 0.5), 100);
-  EXPECT_EQ(app::quantile(values, 0.99), 198);
-  EXPECT_EQ(app::quantile(values, 1), 200);
-  EXPECT_EQ(app::quantile({7}, 0.01), 7);
-  EXPECT_TRUE(std::isnan(app::quantile({}, 0.5)));
+  EXPECT_EQ(quantile(values, 0.5), 100);
+  EXPECT_EQ(quantile(values, 0.99), 198);
+  EXPECT_EQ(quantile(values, 1), 200);
+  EXPECT_EQ(quantile({7}, 0.01), 7);
+  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
 TEST(Realtime, OfNoEstimateHasNoLatency) {
-  const auto json =
-      app::realtime_json({.speed = 2, .frames = {.came = 3, .taken = 0, .dropped = 3}});
+  const auto json = realtime_json({.speed = 2, .frames = {.came = 3, .taken = 0, .dropped = 3}});
   EXPECT_TRUE(json.at("latency_ms").at("mean").is_null());
   EXPECT_TRUE(json.at("latency_ms").at("max").is_null());
-  expect_part(app::realtime_text(json), "real time x 2: 3 frames came, 3 dropped");
+  expect_part(realtime_text(json), "real time x 2: 3 frames came, 3 dropped");
 }
 
 }  // namespace

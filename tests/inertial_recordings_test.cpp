@@ -9,10 +9,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/lab/batch_trial.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 namespace chasles {
@@ -33,7 +33,7 @@ double figure(const Trial& trial, const Recording& recording, const std::string&
   return 0;
 }
 
-// Same settings as configs/euroc.yaml.
+// Same settings as studies/configs/euroc.yaml.
 FilterVariant euroc(const std::string& chart) {
   FilterVariant filter{.name = chart, .settings = {}};
   auto& s = filter.settings;

@@ -1,5 +1,5 @@
 // Stereo matching on EuRoC's V1_01. The reference for each corner comes from a third image, some
-// tenths of a second later, and the true motion. docs/frontend.md has the figures.
+// tenths of a second later, and the true motion. studies/frontend.md has the figures.
 
 #include <algorithm>
 #include <array>
@@ -9,10 +9,10 @@
 #include <gtest/gtest.h>
 
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/frontend/stereo_match.hpp>
+#include <chasles/recording/readers.hpp>
 
 namespace chasles {
 namespace {

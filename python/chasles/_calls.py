@@ -1,5 +1,5 @@
 """The functions of the package that take settings as arguments. Their types, with all settings by name, are in
-_calls.pyi, which scripts/python-types writes."""
+_calls.pyi, which tools/python-types writes."""
 
 import json
 import os
@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping
 
 from . import _core
+from ._laboratory import laboratory
 from ._one_line import found
 from ._progress import bar
 from ._run import Run
@@ -18,7 +19,7 @@ def simulate(scene="hallway", *, run=0, images=False, progress=None, **settings)
     noise. Settings by name, as settings("scene") and, for streets, settings("street") list them. progress: a bar (tqdm),
     True or False; None draws one on a terminal and in a notebook where tqdm is installed. Ctrl-C ends it."""
     with bar(progress, f"simulate {scene}", "parts") as advance:
-        return _core.simulate(scene, run=run, images=images, progress=advance, **settings)
+        return laboratory().simulate(scene, run=run, images=images, progress=advance, **settings)
 
 
 def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, save_map=None, keep_images=None, mode=None,
@@ -86,7 +87,7 @@ def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, progre
         folder = os.path.join(temporary.name, "study")
     settings_of = {name: dict(one) for name, one in filters.items()}
     with bar(progress, "monte_carlo", "runs") as advance:
-        summary = _core.monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings, advance)
+        summary = laboratory().monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings, advance)
     study = Study(os.fspath(folder), json.loads(summary))
     study._temporary = temporary
     return study

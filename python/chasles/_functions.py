@@ -12,6 +12,7 @@ import numpy
 from . import _core
 from ._arguments import suggests_arguments
 from ._columns import arrays_of, path_of
+from ._laboratory import laboratory
 from ._one_line import found
 from ._run import Run
 
@@ -92,13 +93,16 @@ def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force:
 def settings(kind: str = "imu") -> dict[str, dict[str, str]]:
     """All settings by name, of runs with an IMU ("imu") or with body velocities ("velocity"), of scenes with an IMU
     ("scene") or of streets ("street"): {name: {"default", "unit", "meaning", "type"}}."""
-    return _core.settings(kind)
+    if kind not in ("scene", "street"):
+        return _core.settings(kind)
+    of_scenes: dict[str, dict[str, str]] = laboratory().settings(kind)
+    return of_scenes
 
 
 def command(*arguments: object) -> int:
     """Runs the command `chasles` in this process: command("check", "MH_01"). Returns its exit code. Ctrl-C ends it with
     KeyboardInterrupt."""
-    code = _core.command([str(argument) for argument in arguments])
+    code: int = laboratory().command([str(argument) for argument in arguments])
     if code == _INTERRUPTED:  # the command had its own handler of the signal, and finished its files
         raise KeyboardInterrupt
     return code
@@ -109,4 +113,4 @@ def main() -> NoReturn:
     Ctrl-C until the command ends, and ignores a closed pipe."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    sys.exit(_core.command(sys.argv[1:]))
+    sys.exit(laboratory().command(sys.argv[1:]))

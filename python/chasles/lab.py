@@ -18,6 +18,7 @@ import os
 from typing import TYPE_CHECKING, Any, Callable, Mapping
 
 from . import _core
+from ._laboratory import laboratory
 from ._optional import optional
 from ._page import Page
 from ._core import ChartState, FirstSight, register_chart as _register_chart
@@ -94,7 +95,8 @@ class Study(Page):
 
     def page(self) -> str:
         """The HTML page of the study, as text."""
-        return _core.study_page(self.folder)
+        text: str = laboratory().study_page(self.folder)
+        return text
 
     def __repr__(self) -> str:
         return f"<chasles.Study of {self.summary['runs']} runs: {', '.join(self.figures)}>"

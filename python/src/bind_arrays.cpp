@@ -5,16 +5,16 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/session/run_input.hpp>
+#include <chasles/session/truth_options.hpp>
 
 #include "arrays.hpp"
 #include "interpreter_exit.hpp"
 #include "module.hpp"
 #include "recordings.hpp"
-#include "run_input.hpp"
-#include "truth_options.hpp"
 #include "turns.hpp"
 
 // A recording of what is in memory: Recording.from_arrays().
@@ -153,7 +153,7 @@ Recording recording_of(const std::string& name, const py::array& imu_time, const
   recording.truth = trajectory_of("truth", truth_time, truth_position, truth_quaternion);
   recording.truth_attitudes = recording.truth.empty() || truth_quaternion.size() > 0;
   if (!recording.truth.empty()) {
-    recording.truth_level = app::is_truth_level({}, truth_level, recording.truth);
+    recording.truth_level = is_truth_level({}, truth_level, recording.truth);
   }
   if (recording.imu.empty() || image_time.size() == 0) {
     throw UsageError(
@@ -166,9 +166,9 @@ Recording recording_of(const std::string& name, const py::array& imu_time, const
   recording.images = source;
   check_time_spans("from_arrays", recording);
   if (!truth_file.empty()) {
-    app::TruthOptions options;
+    TruthOptions options;
     if (truth_level) options.level = *truth_level ? "yes" : "no";
-    app::replace_truth(recording, truth_file, options);
+    replace_truth(recording, truth_file, options);
   }
   return shared(std::move(recording));
 }

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/codec/utf8.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/session/diagnosis.hpp>
 
 #include "arrays.hpp"
-#include "diagnosis.hpp"
 #include "long_call.hpp"
 #include "messages.hpp"
 #include "module.hpp"
@@ -31,10 +31,10 @@ std::pair<std::string, std::string> check(const Recording& recording, double sec
     throw py::value_error("seconds: expected a number from 1 to 100000");
   }
   return LongCall(progress).in_turn([&] {
-    const CheckReport report = said_in_python(app::diagnose(recording, seconds));
+    const CheckReport report = said_in_python(diagnose(recording, seconds));
     Recording said = recording;
     for (std::string& remark : said.remarks) remark = in_python(remark);
-    return std::pair(json_text(app::check_json(said, report)), app::check_text(said, report));
+    return std::pair(json_text(check_json(said, report)), check_text(said, report));
   });
 }
 

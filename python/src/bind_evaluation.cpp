@@ -1,24 +1,20 @@
 #include <optional>
 #include <string>
-#include <type_traits>
-#include <variant>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
 #include <chasles/base/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/filter/charts/error_chart_names.hpp>
-#include <chasles/sim/inertial_settings.hpp>
-#include <chasles/sim/street.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/settings_io.hpp>
+#include <chasles/session/velocity_settings_io.hpp>
 
 #include "arrays.hpp"
-#include "inertial_settings_io.hpp"
 #include "interpreter_exit.hpp"
 #include "module.hpp"
-#include "settings_io.hpp"
-#include "velocity_settings_io.hpp"
+#include "setting_table.hpp"
 
 namespace chasles::python {
 namespace {
@@ -59,64 +55,28 @@ py::dict evaluate_columns(
   return result;
 }
 
-// The type of a setting, as Python's annotations have it.
-std::string type_of(const app::Setting& setting) {
-  const auto text = [&](const auto& value) -> std::string {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, app::Setting::ChoiceRef>) {
-      return fmt::format("Literal['{}']", fmt::join(setting.limits.names, "', '"));
-    } else if constexpr (std::is_same_v<Value, std::optional<double>*>) {
-      return "Union[float, Literal['auto'], None]";
-    } else if constexpr (std::is_same_v<Value, double*>) {
-      return "float";
-    } else if constexpr (std::is_same_v<Value, bool*>) {
-      return "bool";
-    } else if constexpr (std::is_same_v<Value, std::string*>) {
-      return "str";
-    } else {
-      return "int";
-    }
-  };
-  return std::visit(text, setting.value);
-}
-
-// Defaults, units, meanings and types.
+// Of runs.
 py::dict settings_of(const std::string& kind) {
   InertialRunSettings inertial;
-  app::VelocityCommandSettings velocity;
-  InertialSettings scene;
-  StreetSettings street;
-  app::SettingList list;
-  const auto add = [&](app::SettingList more) {
-    for (app::Setting& one : more) list.push_back(std::move(one));
+  VelocityCommandSettings velocity;
+  SettingList list;
+  const auto add = [&](SettingList more) {
+    for (Setting& one : more) list.push_back(std::move(one));
   };
   if (kind == "imu") {
-    add(app::setting_list(inertial.filter));
-    add(app::list_of(inertial.start, "start."));
-    add(app::list_of(inertial.frontend, "frontend."));
-    add(app::setting_list(inertial.batch));
+    add(setting_list(inertial.filter));
+    add(list_of(inertial.start, "start."));
+    add(list_of(inertial.frontend, "frontend."));
+    add(setting_list(inertial.batch));
   } else if (kind == "velocity") {
-    add(app::setting_list(velocity.filter));
-    add(app::list_of(velocity.batch, "batch."));
-    add(app::setting_list(velocity.reader));
-  } else if (kind == "scene") {
-    add(app::list_of(scene));
-  } else if (kind == "street") {
-    add(app::list_of(street));
+    add(setting_list(velocity.filter));
+    add(list_of(velocity.batch, "batch."));
+    add(setting_list(velocity.reader));
   } else {
     throw py::value_error("settings: found '" + kind +
                           "', expected 'imu', 'velocity', 'scene' or 'street'");
   }
-  py::dict result;
-  for (const app::Setting& one : list) {
-    py::dict entry;
-    entry["default"] = app::value_text(one);
-    entry["unit"] = one.unit;
-    entry["meaning"] = one.meaning;
-    entry["type"] = type_of(one);
-    result[py::str(one.name)] = entry;
-  }
-  return result;
+  return table_of(list);
 }
 
 }  // namespace

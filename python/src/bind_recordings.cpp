@@ -8,12 +8,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/imu/imu_sample.hpp>
-#include <chasles/sim/inertial_sim.hpp>
-#include <chasles/sim/render_images.hpp>
-#include <chasles/sim/street.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/session/run_input.hpp>
 
 #include "arrays.hpp"
 #include "forks.hpp"
@@ -22,9 +20,6 @@
 #include "messages.hpp"
 #include "module.hpp"
 #include "recordings.hpp"
-#include "run_input.hpp"
-#include "scene_options.hpp"
-#include "settings_io.hpp"
 
 namespace chasles::python {
 namespace {
@@ -52,7 +47,7 @@ class SharedImages : public ImageSource {
  private:
   template <typename Read>
   ImageFrame locked(const Read& read) const {
-    refuse_after_fork();
+    reject_after_fork();
     const UnfitForForks unfit;
     const std::scoped_lock lock(mutex_);
     return read();
@@ -68,7 +63,7 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> max_truth_gap, const std::string& truth_time_offset,
                const std::string& truth_frame, std::optional<double> truth_scale,
                bool truth_inverse) {
-  app::RunInput input;
+  RunInput input;
   input.recording = path;
   input.start = start;
   input.stop = stop;
@@ -91,36 +86,7 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
                          .frame = truth_frame,
                          .scale = truth_scale,
                          .inverse = truth_inverse};
-  return LongCall()([&] { return shared(app::read_input(input)); });
-}
-
-// Without the GIL.
-Recording simulated(const std::string& scene, std::uint64_t run, bool images,
-                    const std::vector<std::string>& sets) {
-  if (app::is_inertial_scene(scene)) {
-    app::SceneChoice choice;
-    choice.name = scene;
-    choice.sets = sets;
-    choice.set_option = "setting";
-    const InertialScene inertial = app::scene_from(choice);
-    return images ? shared(render_inertial(inertial, run)) : simulate_inertial(inertial, run);
-  }
-  StreetSettings street = street_scene(scene);
-  const app::SettingList list = app::list_of(street);
-  for (const std::string& one : sets) app::assign(list, "setting", one);
-  validate(street);
-  if (images || run != 0) {
-    throw UsageError(fmt::format(
-        "{}: images and run are for scenes with an IMU; another run is another seed", scene));
-  }
-  return simulate_street(street);
-}
-
-Recording simulate(const std::string& scene, std::uint64_t run, bool images,
-                   const py::object& progress, const py::kwargs& settings) {
-  check_scene_keys("simulate", scene, settings);
-  const std::vector<std::string> sets = assignments(settings);
-  return LongCall(progress)([&] { return simulated(scene, run, images, sets); });
+  return LongCall()([&] { return shared(read_input(input)); });
 }
 
 Times frame_times(const Recording& recording) {
@@ -399,8 +365,6 @@ void bind_recordings(py::module_& m) {
         py::arg("max_truth_gap") = std::nullopt, py::arg("truth_time_offset") = "",
         py::arg("truth_frame") = "", py::arg("truth_scale") = std::nullopt,
         py::arg("truth_inverse") = false);
-  m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,
-        py::arg("images") = false, py::arg("progress") = py::none());
 }
 
 }  // namespace chasles::python

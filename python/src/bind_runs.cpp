@@ -7,22 +7,22 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/codec/durable_file.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/session/map_output.hpp>
+#include <chasles/session/output_folder.hpp>
+#include <chasles/session/run_folder.hpp>
+#include <chasles/session/run_job.hpp>
 
 #include "arrays.hpp"
 #include "interpreter_exit.hpp"
 #include "long_call.hpp"
-#include "map_output.hpp"
 #include "messages.hpp"
 #include "module.hpp"
-#include "output_folder.hpp"
 #include "python_run.hpp"
-#include "run_folder.hpp"
-#include "run_job.hpp"
 
 namespace chasles::python {
 namespace {
@@ -30,11 +30,11 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
-app::RunCommandOptions options_of(const py::kwargs& arguments) {
+SessionOptions options_of(const py::kwargs& arguments) {
   check_keys("run", arguments,
              {"begin", "config", "estimator", "keep_images", "map", "mode", "progress", "save_map",
               "threads"});
-  app::RunCommandOptions o;
+  SessionOptions o;
   o.quiet = true;
   py::dict settings;
   for (const auto& [key, value] : arguments) {
@@ -81,35 +81,51 @@ std::vector<std::int64_t> frame_times_of(const Recording& recording) {
 }
 
 // Why the map that is wanted was not saved. The run is not lost with it.
-std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& recording,
-                             const app::CompletedRun& run) {
+std::optional<Error> unsaved(const SessionOptions& o, const Recording& recording,
+                             const CompletedRun& run) {
   try {
-    const std::string no_map = app::save_map(o, recording, run);
-    if (no_map.empty()) return std::nullopt;
-    return Error(ExitCode::kNotInitialised, no_map);
+    const MapOutcome map = save_map(o, recording, run);
+    if (map.not_saved.empty()) return std::nullopt;
+    return Error(ExitCode::kNotInitialised, map.not_saved);
   } catch (const Error& error) {
     return error;
   }
 }
 
+// Shows the frames of a run that are done.
+class ShownProgress : public SessionObserver {
+ public:
+  explicit ShownProgress(LongCall& call) : call_(call) {}
+  void begin(const Run& /*header*/, const Json& /*known*/, const Recording& recording) override {
+    frames_ = frame_count(recording);
+  }
+  void advance(const Run& /*run*/, std::size_t frames, double /*recorded_seconds*/,
+               const std::function<LiveMap()>& /*map*/) override {
+    call_.show(frames, frames_);
+  }
+
+ private:
+  LongCall& call_;
+  std::size_t frames_ = 0;
+};
+
 // `path`: where the recording was read, or nothing. With settings of the reader it is read again.
 PythonRun run(const Recording& given, const std::filesystem::path& path, const py::object& progress,
               const py::kwargs& arguments) {
-  app::RunCommandOptions o = options_of(arguments);
+  SessionOptions o = options_of(arguments);
   o.input.recording = path;
   LongCall call(progress);
-  o.on_frames = [&](std::size_t frames, std::size_t of) { call.show(frames, of); };
+  ShownProgress shown(call);
   return call.in_turn([&] {
     PythonRun result;
     Recording recording = given;
-    const app::PlannedRun planned = app::plan_run(o, recording);
-    app::check_map_output(app::map_target(o));
-    app::LiveView none({}, [] {}, {});
-    app::CompletedRun done = planned([&] { return call.stopped(); }, none);
+    const PlannedRun planned = plan_run(o, recording);
+    check_map_output(map_target(o));
+    CompletedRun done = planned([&] { return call.stopped(); }, shown);
     if (!done.result.report.interrupted) {
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
-                .batch = done.estimator->batch_terms(),
+                .batch = done.estimator->report().batch_terms,
                 .unsaved = unsaved(o, recording, done),
                 .frame_times = frame_times_of(recording)};
     }
@@ -124,7 +140,7 @@ void check_map(const PythonRun& r) {
 
 PythonRun read_run_folder(const std::filesystem::path& folder) {
   const Released released;
-  ReportRun read = app::read_with_timing(folder);
+  ReportRun read = read_with_timing(folder);
   return {.run = std::move(read.run), .summary = std::move(read.summary)};
 }
 
@@ -189,7 +205,7 @@ py::dict poses(const std::vector<SmoothedPose>& list) {
 
 void save(const PythonRun& r, const std::filesystem::path& folder) {
   const Released released;
-  app::prepare_output(folder);
+  prepare_output(folder);
   write_run(r.run, Json::parse(r.summary), folder);
 }
 

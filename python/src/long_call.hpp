@@ -35,11 +35,18 @@ class LongCall {
   /// interruption_point(), and by stopped(). With the GIL.
   template <typename Work>
   auto operator()(const Work& work) {
+    // The module that calls has an ObservedCall::current() of its own, beside that of watch().
     if constexpr (std::is_void_v<decltype(work())>) {
-      watch(work);
+      watch([&] {
+        const ObservedCall observed(state_);
+        work();
+      });
     } else {
       std::optional<decltype(work())> result;
-      watch([&] { result.emplace(work()); });
+      watch([&] {
+        const ObservedCall observed(state_);
+        result.emplace(work());
+      });
       return std::move(*result);
     }
   }
@@ -47,7 +54,7 @@ class LongCall {
   /// The same in a turn (take_turn()).
   template <typename Work>
   auto in_turn(const Work& work) {
-    refuse_in_call();
+    reject_in_call();
     return (*this)([&] {
       const auto turn = take_turn();
       return work();
@@ -64,7 +71,7 @@ class LongCall {
 
  private:
   void watch(const std::function<void()>& work);
-  void look();
+  void poll();
 
   pybind11::object progress_;
   CallProgress state_;

@@ -11,16 +11,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/sim/inertial_settings.hpp>
-#include <chasles/sim/street.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/settings_io.hpp>
+#include <chasles/session/velocity_settings_io.hpp>
 
 #include "arrays.hpp"
-#include "inertial_settings_io.hpp"
-#include "scene_options.hpp"
-#include "settings_io.hpp"
-#include "velocity_settings_io.hpp"
 
 namespace chasles::python {
 namespace {
@@ -106,22 +103,22 @@ namespace {
 template <typename Use>
 void with_all_settings(const Use& use) {
   InertialRunSettings inertial;
-  app::VelocityCommandSettings velocity;
-  use(app::setting_list(inertial.filter));
-  use(app::list_of(inertial.start, "start."));
-  use(app::list_of(inertial.frontend, "frontend."));
-  use(app::setting_list(inertial.batch));
-  use(app::setting_list(velocity.filter));
-  use(app::list_of(velocity.batch, "batch."));
-  use(app::setting_list(velocity.reader));
+  VelocityCommandSettings velocity;
+  use(setting_list(inertial.filter));
+  use(list_of(inertial.start, "start."));
+  use(list_of(inertial.frontend, "frontend."));
+  use(setting_list(inertial.batch));
+  use(setting_list(velocity.filter));
+  use(list_of(velocity.batch, "batch."));
+  use(setting_list(velocity.reader));
 }
 
 }  // namespace
 
 std::vector<std::string> setting_names() {
   std::vector<std::string> names;
-  with_all_settings([&](const app::SettingList& list) {
-    for (const app::Setting& one : list) names.push_back(one.name);
+  with_all_settings([&](const SettingList& list) {
+    for (const Setting& one : list) names.push_back(one.name);
   });
   std::ranges::sort(names);
   names.erase(std::ranges::unique(names).begin(), names.end());
@@ -177,10 +174,10 @@ void check_none(const std::string& function, const py::dict& arguments,
     if (!value.is_none()) continue;
     std::string usual;
     bool good = false;
-    with_all_settings([&](const app::SettingList& list) {
-      const auto found = std::ranges::find(list, name, &app::Setting::name);
+    with_all_settings([&](const SettingList& list) {
+      const auto found = std::ranges::find(list, name, &Setting::name);
       if (found == list.end()) return;
-      usual = app::value_text(*found);
+      usual = value_text(*found);
       good |= std::holds_alternative<std::optional<double>*>(found->value) ||
               std::ranges::find(found->limits.names, "auto") != found->limits.names.end();
     });
@@ -204,25 +201,6 @@ void check_keys(const std::string& function, const py::dict& arguments,
     throw UsageError(
         fmt::format("{}: unknown argument '{}'{}; expected {}, or a setting of chasles.settings()",
                     function, name, did_you_mean(name, known), fmt::join(own, ", ")));
-  }
-}
-
-void check_scene_keys(const std::string& function, const std::string& scene,
-                      const py::dict& settings) {
-  app::check_scene(scene);
-  const bool inertial = app::is_inertial_scene(scene);
-  InertialSettings of_scene;
-  StreetSettings of_street;
-  std::vector<std::string> known;
-  for (const app::Setting& one : inertial ? app::list_of(of_scene) : app::list_of(of_street)) {
-    known.push_back(one.name);
-  }
-  for (const std::string& assignment : assignments(settings)) {
-    const std::string name = assignment.substr(0, assignment.find('='));
-    if (std::ranges::find(known, name) != known.end()) continue;
-    throw UsageError(fmt::format(
-        "{}: unknown setting '{}' of the scene {}{}; expected one of chasles.settings(\"{}\")",
-        function, name, scene, did_you_mean(name, known), inertial ? "scene" : "street"));
   }
 }
 

@@ -20,8 +20,4 @@ std::vector<std::string> setting_names();
 void check_keys(const std::string& function, const pybind11::dict& arguments,
                 const std::vector<std::string>& own);
 
-/// The same for the settings of a scene. Throws UsageError for an unknown scene, too.
-void check_scene_keys(const std::string& function, const std::string& scene,
-                      const pybind11::dict& settings);
-
 }  // namespace chasles::python

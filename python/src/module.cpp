@@ -1,34 +1,18 @@
 #include "module.hpp"
 
 #include <string>
-#include <vector>
-
-#include <pybind11/stl.h>
 
 #include <chasles/base/error.hpp>
 
 #include "forks.hpp"
 #include "interpreter_exit.hpp"
-#include "long_call.hpp"
 #include "messages.hpp"
-#include "program.hpp"
 
 namespace chasles::python {
 
 namespace {
 
 namespace py = pybind11;
-
-// The command's main function.
-int command(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), "chasles");
-  std::vector<char*> pointers;
-  for (std::string& argument : arguments) pointers.push_back(argument.data());
-  pointers.push_back(nullptr);
-  return LongCall(py::none(), LongCall::Bars::kOfCommand).in_turn([&] {
-    return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
-  });
-}
 
 // For PyErr_SetString. Never freed: exceptions may outlive the module.
 struct Errors {
@@ -94,7 +78,7 @@ void bind_errors(py::module_& m) {
 PYBIND11_MODULE(_core, m) {
   using namespace chasles::python;
   check_numpy();
-  m.doc() = "The compiled part of chasles.";
+  m.doc() = "The compiled part of chasles, without the laboratory.";
   m.attr("__version__") = CHASLES_VERSION;
   bind_errors(m);
   bind_recordings(m);
@@ -105,15 +89,12 @@ PYBIND11_MODULE(_core, m) {
   bind_imu(m);
   bind_evaluation(m);
   bind_lab(m);
-  bind_studies(m);
   bind_alignment(m);
   bind_checks(m);
   bind_errors_of_runs(m);
   bind_arrays(m);
-  refuse_bare_objects(m);
+  reject_bare_objects(m);
   watch_forks();
   watch_exit();
   m.def("in_python", &in_python, pybind11::arg("message"));
-  m.def("command", &command, pybind11::arg("arguments"),
-        "Runs the command `chasles` with these arguments and returns its exit code.");
 }

@@ -9,8 +9,8 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
 
-#include "inertial_settings_io.hpp"
 #include "interpreter_exit.hpp"
 #include "messages.hpp"
 
@@ -57,12 +57,12 @@ std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const py::object
         "chasles.ImuNoise(...)",
         name));
   }
-  app::SettingSources sources;
+  SettingSources sources;
   sources.sets = assignments(arguments);
   sources.set_option = "setting";
   sources.estimator = estimator_choice(estimator);
   const Released released;
-  InertialRunSettings settings = app::inertial_run_settings_from(sources);
+  InertialRunSettings settings = inertial_run_settings_from(sources);
   std::shared_ptr<const LandmarkMap> prior;
   if (map && !map->empty()) {
     settings.filter.recognise = Recognise::kAppearance;

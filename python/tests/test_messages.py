@@ -12,6 +12,7 @@ import pytest
 
 import chasles
 from chasles import _core, _progress
+from chasles._laboratory import laboratory
 from chasles._optional import optional
 
 NO_OPTION = r"(?s)^(?!.*--[a-z])"
@@ -150,7 +151,7 @@ def test_a_bar_advances(monkeypatch, call, total):
     FakeBar.made.clear()
     call()
     (bar,) = FakeBar.made
-    if bar.total is not None:  # a quick call is over before the first look
+    if bar.total is not None:  # a quick call is over before the first poll
         assert bar.total >= total and 0 <= bar.n <= bar.total
 
 
@@ -159,7 +160,7 @@ def test_an_error_of_the_bar_ends_the_call(monkeypatch):
         raise ZeroDivisionError("mine")
 
     with pytest.raises(ZeroDivisionError, match="mine"):
-        _core.simulate("hallway", images=True, progress=advance)
+        laboratory().simulate("hallway", images=True, progress=advance)
 
 
 def test_a_bar_that_is_wanted_needs_tqdm(monkeypatch, walk):

@@ -34,8 +34,9 @@ def checked(folder, *command):
 def test_the_package_agrees_with_its_types(alone, tmp_path):
     # What the package itself exports; chasles.interop passes objects of packages without types on.
     files = [alone / "chasles" / name for name in (
-        "__init__.py", "_arguments.py", "_arrays.py", "_calls.pyi", "_check.py", "_core.pyi", "_functions.py", "_optional.py",
-        "_page.py", "_picture.py", "_plot.py", "_progress.py", "_run.py", "_settings.py", "lab.py")]
+        "__init__.py", "_arguments.py", "_arrays.py", "_calls.pyi", "_check.py", "_core.pyi", "_functions.py", "_lab.pyi",
+        "_laboratory.py", "_optional.py", "_page.py", "_picture.py", "_plot.py", "_progress.py", "_run.py", "_settings.py",
+        "lab.py")]
     checked(alone, "mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir", tmp_path,
             *files)
 
@@ -50,6 +51,7 @@ chasles(\\._core|\\.lab)?\\.(Camera|ChartState|Estimate|FirstSight|ImuNoise|Pred
 chasles(\\._functions|\\._run|\\._calls)?\\.Run\\.(_columns|_summary)
 chasles(\\._settings)?\\.\\w+(Settings|Arguments)
 chasles\\._core\\.(Path|Time|Floats|Ints|Image|_.*)
+chasles\\._lab\\._.*
 .*\\.(Any|Callable|Iterator|Mapping|Sequence|NoReturn|Recording|Run|TYPE_CHECKING)
 .*\\.__(init|new|setstate|getstate|repr|hash)__
 """)
@@ -137,7 +139,7 @@ def test_the_stub_has_docstrings():
 
 
 def test_the_types_are_those_of_the_settings():
-    """Of this module: scripts/python-types writes them anew."""
+    """Of this module: tools/python-types writes them anew."""
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
     done = subprocess.run([sys.executable, ROOT / "python/types/write.py", "--check"], capture_output=True, text=True,
                           timeout=60, env=environment)

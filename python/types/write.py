@@ -1,4 +1,4 @@
-"""write.py [--check]: see scripts/python-types."""
+"""write.py [--check]: see tools/python-types."""
 
 import ast
 import inspect
@@ -16,21 +16,21 @@ OF_RUN = {"estimator": "str", "threads": "int", "begin": "Literal['auto', 'truth
           "config": "Optional[_Path]", "progress": "Optional[bool]"}
 
 
-def core_without_settings():
-    """The compiled module alone: the package imports _settings.py, which may not be there yet."""
+def compiled(name):
+    """A compiled module alone: the package imports _settings.py, which may not be there yet."""
     import importlib.machinery
     import importlib.util
     import os
 
     for folder in os.environ["PYTHONPATH"].split(os.pathsep):
         for suffix in importlib.machinery.EXTENSION_SUFFIXES:
-            file = pathlib.Path(folder) / "chasles" / f"_core{suffix}"
+            file = pathlib.Path(folder) / "chasles" / f"{name}{suffix}"
             if file.exists():
-                spec = importlib.util.spec_from_file_location("chasles._core", file)
+                spec = importlib.util.spec_from_file_location(f"chasles.{name}", file)
                 module = importlib.util.module_from_spec(spec)
                 spec.loader.exec_module(module)
                 return module
-    raise SystemExit(f"scripts/python-types: no chasles/_core in {os.environ['PYTHONPATH']}; `make wheel` builds it")
+    raise SystemExit(f"tools/python-types: no chasles/{name} in {os.environ['PYTHONPATH']}; `make wheel` builds it")
 
 
 def merged(*kinds):
@@ -83,11 +83,11 @@ def group_types(groups):
     return {prefix: f"{prefix.capitalize()}Settings" for prefix in groups}
 
 
-def settings_module(core):
+def settings_module(core, lab):
     imu, velocity = core.settings("imu"), core.settings("velocity")
     groups, plain = grouped(merged(imu, velocity))
     names = group_types(groups)
-    text = ('"""The settings as types, for the keys of dictionaries. Written by scripts/python-types: do not edit."""\n\n'
+    text = ('"""The settings as types, for the keys of dictionaries. Written by tools/python-types: do not edit."""\n\n'
             "from __future__ import annotations\n\nimport os\n"
             "from typing import Literal, Optional, TypedDict, Union\n\n"
             '_Path = Union[str, "os.PathLike[str]"]\n')
@@ -105,8 +105,8 @@ def settings_module(core):
                        {name: (kind, "") for name, kind in OF_RUN.items() if name not in of_run}, "RunSettings")
     text += typed_dict("FilterArguments", "Settings of a filter of chasles.monte_carlo, and its estimator.",
                        without(of_filter, shared), "FilterSettings")
-    text += typed_dict("SceneSettings", "Settings of a scene with an IMU.", fields_of(core.settings("scene")))
-    text += typed_dict("StreetSettings", "Settings of a street.", fields_of(core.settings("street")))
+    text += typed_dict("SceneSettings", "Settings of a scene with an IMU.", fields_of(lab.settings("scene")))
+    text += typed_dict("StreetSettings", "Settings of a street.", fields_of(lab.settings("street")))
     return text
 
 
@@ -143,14 +143,14 @@ def function(name, first, settings, result, doc):
             f"{docstring(doc, '    ')}    ...\n")
 
 
-def calls_stub(core):
+def calls_stub(core, lab):
     tree = ast.parse((PACKAGE / "_calls.py").read_text(encoding="utf-8"))
     docs = {one.name: ast.get_docstring(one) for one in tree.body if isinstance(one, ast.FunctionDef)}
     of_run = run_keywords(core, OF_RUN)
-    scene = merged(core.settings("scene"), core.settings("street"))
+    scene = merged(lab.settings("scene"), lab.settings("street"))
     groups, _ = grouped(merged(core.settings("imu"), core.settings("velocity")))
     first_of_run = lines_of(f"{name}: {kind} = ..." for name, kind in OF_RUN.items()).replace("\n", "\n        ") + ","
-    text = ('"""Types of _calls.py, with all settings. Written by scripts/python-types: do not edit."""\n\n'
+    text = ('"""Types of _calls.py, with all settings. Written by tools/python-types: do not edit."""\n\n'
             "from typing import Literal, Mapping, Optional, Union\n\nfrom ._core import Path as _Path, Recording\n"
             "from ._run import Run\nfrom ._settings import (\n    FilterArguments,\n    RunArguments,\n"
             + "".join(f"    {name},\n" for name in sorted(group_types(groups).values()))
@@ -200,8 +200,8 @@ def core_stub(core):
     imports = ", ".join(sorted(names.values()))
     source = source.replace("from numpy.typing import ArrayLike, NDArray\n",
                             f"from numpy.typing import ArrayLike, NDArray\n\nfrom ._settings import {imports}\n")
-    source = source.replace(" scripts/python-types adds the docstrings and the settings (SETTINGS).",
-                            " Written by scripts/python-types from python/types/core.pyi: do not edit.")
+    source = source.replace(" tools/python-types adds the docstrings and the settings (SETTINGS).",
+                            " Written by tools/python-types from python/types/core.pyi: do not edit.")
     lines = [line.rstrip() for line in source.split("\n")]
     tree = ast.parse("\n".join(lines))
     wanted = []
@@ -229,9 +229,9 @@ def core_stub(core):
 
 
 def main(check):
-    core = core_without_settings()
+    core, lab = compiled("_core"), compiled("_lab")  # in this order: _lab uses _core
     stale = []
-    for name, text in (("_settings.py", settings_module(core)), ("_calls.pyi", calls_stub(core)),
+    for name, text in (("_settings.py", settings_module(core, lab)), ("_calls.pyi", calls_stub(core, lab)),
                        ("_core.pyi", core_stub(core))):
         file = PACKAGE / name
         if not file.exists() or file.read_text(encoding="utf-8") != text:
@@ -239,7 +239,7 @@ def main(check):
             if not check:
                 file.write_text(text, encoding="utf-8")
     if check and stale:
-        raise SystemExit(f"{', '.join(stale)}: not those of the module; run scripts/python-types")
+        raise SystemExit(f"{', '.join(stale)}: not those of the module; run tools/python-types")
     print("written:" if stale else "up to date", *stale)
 
 

@@ -73,7 +73,8 @@ TEST_P(CalibrationTest, AnAnchoredLandmarksPositionDependsOnItsCamera) {
     // As for a landmark that leaves the state.
     const int gone[] = {i};
     retired.retire(gone);
-    EXPECT_TRUE(test::agree(retired.past().map().front().covariance, D * P * D.transpose(), 1e-7, 0));
+    EXPECT_TRUE(
+        test::agree(retired.past().map().front().covariance, D * P * D.transpose(), 1e-7, 0));
   }
 }
 

@@ -192,7 +192,7 @@ class TextbookEkf {
     correct(H, r, sigma * sigma * Matrix::Identity(m, m));
   }
 
-  void begin(const StereoRig& rig, double sigma, const StereoObservation& seen) {
+  void initialise(const StereoRig& rig, double sigma, const StereoObservation& seen) {
     const double d = seen.pixels[0] - seen.pixels[2];
     const double z = rig.fx * rig.baseline / d;
     const Eigen::Vector3d ray((seen.pixels[0] - rig.cx) / rig.fx,

@@ -54,6 +54,10 @@ ImuSample ImuBuffer::value_between(const ImuSample& before, const ImuSample& aft
 }
 
 bool ImuBuffer::add(const ImuSample& sample) {
+  if (options_.screened) {
+    keep(sample);
+    return true;
+  }
   const auto dropped = [this] {
     const SampleScreen::Counts& c = screen_.counts();
     return c.not_finite + c.not_later + c.zero + c.frozen;
@@ -65,13 +69,16 @@ bool ImuBuffer::add(const ImuSample& sample) {
 
 ImuBuffer::Counts ImuBuffer::counts() const {
   Counts counts = counts_;
-  const SampleScreen::Counts& screened = screen_.counts();
-  counts.not_finite = screened.not_finite;
-  counts.not_later = screened.not_later;
-  counts.zero = screened.zero;
-  counts.spikes = screened.spikes;
-  counts.frozen = screened.frozen;
+  counts.note(screen_.counts());
   return counts;
+}
+
+void ImuBuffer::Counts::note(const SampleScreen::Counts& left_out) {
+  not_finite = left_out.not_finite;
+  not_later = left_out.not_later;
+  zero = left_out.zero;
+  spikes = left_out.spikes;
+  frozen = left_out.frozen;
 }
 
 void ImuBuffer::keep(const ImuSample& sample) {
@@ -158,7 +165,7 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
           .gyroscope_extra_density = density(rate, rate_, added.gyroscope)};
 }
 
-bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {
+bool ImuBuffer::depends_on_saturated(const Sensor& sensor, const Position& after) const {
   if (after != samples_.end() && sensor.saturated(*after)) return true;
   const bool before = after == samples_.end() || sensor.of_instant;
   return before && after != samples_.begin() && sensor.saturated(*std::prev(after));
@@ -166,7 +173,7 @@ bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) 
 
 ImuBuffer::Guess ImuBuffer::bridge(const Sensor& sensor, Time start, Time end,
                                    const Position& after, const Eigen::Vector3d& mean) const {
-  if (counts_.saturated == 0 || !rests_on_saturated(sensor, after)) return {.mean = mean};
+  if (counts_.saturated == 0 || !depends_on_saturated(sensor, after)) return {.mean = mean};
   const auto good = [&sensor](const ImuSample& sample) { return !sensor.saturated(sample); };
   const auto before = std::find_if(std::make_reverse_iterator(after), samples_.rend(), good);
   const auto later = std::find_if(after, samples_.end(), good);

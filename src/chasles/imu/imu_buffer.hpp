@@ -37,20 +37,25 @@ class ImuBuffer {
     double accelerometer_range = 1e9;  ///< |component| at or above: saturated [m/s^2]
     double gyroscope_range = 1e9;      ///< [rad/s]
     double vibration_noise = 0;        ///< factor on the variances that VibrationNoise adds
+    bool screened = false;             ///< the samples have passed a SampleScreen
 
     ImuRange range() const {
       return {.accelerometer = accelerometer_range, .gyroscope = gyroscope_range};
     }
   };
-  /// Samples, except `extrapolated`, which counts calls of between().
+  /// Samples, except `extrapolated`, which counts calls of between(). Of screened samples those of
+  /// the screen are zero.
   struct Counts {
     int used = 0, not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0, gaps = 0,
         saturated = 0, extrapolated = 0;
+    /// Sets the counts of the screen.
+    void note(const SampleScreen::Counts& left_out);
   };
 
   explicit ImuBuffer(const Options& options) : options_(options) {}
 
   /// Whether the sample is a measurement; one that may be a spike counts as such until the next.
+  /// Screened samples come in order of time, and all are measurements.
   bool add(const ImuSample& sample);
 
   /// The intervals of [from, to], in order, split at the samples. Their tau sum to to - from
@@ -103,7 +108,7 @@ class ImuBuffer {
   /// [start, end], with no sample inside; `after` is the first sample later than `start`.
   ImuInterval interval(Time start, Time end, const Position& after) const;
   /// Whether the sensor's value for an interval depends on a saturated sample.
-  bool rests_on_saturated(const Sensor& sensor, const Position& after) const;
+  bool depends_on_saturated(const Sensor& sensor, const Position& after) const;
   /// The bridge between the unsaturated neighbours; `mean`: the interval's mean of the samples as
   /// measured.
   Guess bridge(const Sensor& sensor, Time start, Time end, const Position& after,

@@ -3,13 +3,11 @@
 namespace chasles {
 
 std::optional<SampleGaps::Gap> SampleGaps::add(const ImuSample& sample) {
-  std::optional<Gap> gap;
+  std::optional<Gap> last;
   for (const ImuSample& measured : screen_.add(sample)) {
-    if (last_ && measured.time <= *last_) continue;
-    if (last_ && measured.time - *last_ > kLongest) gap = {.last = *last_, .next = measured.time};
-    last_ = measured.time;
+    if (const auto gap = gaps_.add(measured.time)) last = gap;
   }
-  return gap;
+  return last;
 }
 
 }  // namespace chasles

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 

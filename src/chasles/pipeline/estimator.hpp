@@ -1,32 +1,48 @@
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/sensor_event.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/velocity/velocity_noise.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/window/window.hpp>
+#include <chasles/velocity/velocity_noise.hpp>
 
 namespace chasles {
 
-/// Counts of an estimator. Those that do not apply are absent or 0.
-struct EstimatorReport {
-  ImuBuffer::Counts imu;
-  int resets = 0;                 ///< of a lost filter
-  int dropped_frames = 0;         ///< late, repeated, or without samples near
-  PlaceCounts places = {};        ///< in the prior map
-  std::vector<Closure> closures;  ///< of a filter that recognises landmarks by appearance
-  std::vector<Time> recognised;   ///< of the same (InertialSlam::recognised)
-  /// Likewise: the landmarks of its recognised tracks (InertialSession::known_as).
-  std::map<LandmarkId, LandmarkId> known_as;
+/// Counts and figures of an estimator. Those that do not apply are absent, empty or 0.
+struct EstimatorReport : SlamReport {
   std::optional<BatchReport> batch;
+  /// The problems of batch estimation with an IMU, at their minimum: one for each part
+  /// (InertialBatchResult::terms).
+  std::vector<std::shared_ptr<const BatchTerms>> batch_terms;
   std::optional<WindowReport> window;
+};
+
+/// Where an estimator stands between two events.
+struct EstimatorStatus {
+  bool started = true;
+  std::string why_not_started = {};  ///< the conditions that are not met
+  bool ended = false;    ///< further events change nothing, because the estimate is lost
+  bool smooths = false;  ///< complete() is batch estimation
+  /// The latest estimate of the gyroscope bias [rad/s], for the front end; zero before a start.
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();
+};
+
+/// All landmarks and poses of a run, in the world of the estimates.
+struct EstimatedMap {
+  std::vector<MapLandmark> landmarks = {};
+  std::vector<PastPose> poses = {};  ///< of all frames given all measurements, which a filter has
+  /// The landmarks as they were initialised, in that order: of a stereo-velocity filter.
+  std::vector<MapLandmark> initial = {};
+  /// Those that the next frame may still change; absent: all.
+  std::optional<std::vector<LandmarkId>> in_state = {};
 };
 
 /// Sensor data in, estimates out: the common interface of filter, batch and window, for
@@ -35,6 +51,8 @@ struct EstimatorReport {
 class Estimator {
  public:
   virtual ~Estimator() = default;
+  Estimator(const Estimator&) = delete;
+  Estimator& operator=(const Estimator&) = delete;
 
   /// The estimates that this event completes. A frame's estimate may come with a later event, and
   /// none comes before the run has started. The visual-inertial filter recovers from any input
@@ -45,47 +63,43 @@ class Estimator {
   virtual std::vector<Estimate> process(const EstimatorEvent& event) = 0;
   /// The estimates of the frames that still wait; no more events come.
   virtual std::vector<Estimate> finish() { return {}; }
-  /// For batch estimation, once, after finish(): smooth() returns the estimates of all keyframes,
-  /// which replace all earlier ones. Throws as smooth() of smooth/batch/, but not BatchStopped:
-  /// where `stop` returns true it ends within a second or so, with none, and map() stays the
-  /// filter's.
-  virtual bool smooths() const { return false; }
-  virtual std::vector<Estimate> smooth(const StopRequest& /*stop*/ = {}) { return {}; }
-  /// After finish(), for a whole recording: throws InputError where a window had no landmark.
-  virtual void check() const {}
+  /// Once, after finish(), for a whole recording. Batch estimation returns the estimates of all
+  /// keyframes, which replace all earlier ones. It throws as smooth() of smooth/batch/, but not
+  /// BatchStopped: where `stop` returns true it ends within a second or so, with none, and the map
+  /// stays the filter's. Others return none. Throws InputError where a window had no landmark.
+  virtual std::vector<Estimate> complete(const StopRequest& /*stop*/ = {}) { return {}; }
 
-  /// Whether the run has started, and otherwise the conditions that are not met.
-  virtual bool started() const { return true; }
-  virtual std::string why_not_started() const { return {}; }
-  /// True if further events change nothing, because the estimate is lost.
-  virtual bool ended() const { return false; }
-
-  /// All landmarks of the run, in the world of the estimates.
-  virtual std::vector<MapLandmark> map() const = 0;
-  /// The same with the poses of all frames given all measurements, which a filter has.
-  virtual Past::Estimates past() const { return {.landmarks = map(), .poses = {}}; }
-  /// The landmarks of the map as they were initialised, in that order: of a stereo-velocity filter.
-  virtual std::span<const MapLandmark> initial_landmarks() const { return {}; }
-  /// Those that the next frame may still change; absent: all.
-  virtual std::optional<std::vector<LandmarkId>> in_state() const = 0;
-  /// Names of the components of v_world, if any, and Estimate::additive.
-  virtual std::vector<std::string> state_names() const = 0;
+  virtual EstimatorStatus status() const = 0;
   virtual EstimatorReport report() const = 0;
-  /// The problems of batch estimation with an IMU, at their minimum, after smooth(): one for each
-  /// part (InertialBatchResult::terms).
-  virtual std::vector<std::shared_ptr<const BatchTerms>> batch_terms() const { return {}; }
-
-  /// The latest estimate of the gyroscope bias [rad/s], for the front end; zero before a start.
-  virtual Eigen::Vector3d gyroscope_bias() const { return Eigen::Vector3d::Zero(); }
+  virtual EstimatedMap whole_map() const = 0;
   /// What another run can recognise; none of an estimator that does not recognise landmarks by
   /// their appearance, and before a start. Without the names of its sessions.
   virtual std::optional<LandmarkMap> landmark_map() const { return std::nullopt; }
-  /// The filter whose map has a joint covariance (Ekf::visit_map_covariance); null: none.
-  virtual const Ekf* filter() const { return nullptr; }
+
+  /// Names of the components of v_world, if any, and Estimate::additive.
+  const std::vector<std::string>& state_names() const { return state_names_; }
+  bool started() const { return status().started; }
+  std::string why_not_started() const { return status().why_not_started; }
+  std::vector<MapLandmark> map() const { return whole_map().landmarks; }
+
   /// Sets a callback for every frame that a visual-inertial filter takes, with the outcomes of its
   /// observations, before its estimate is returned.
-  virtual void set_observer(InertialSession::OutcomeObserver /*observer*/) {}
+  void set_observer(InertialSession::OutcomeObserver observer) { observer_ = std::move(observer); }
+
+ protected:
+  explicit Estimator(std::vector<std::string> state_names) : state_names_(std::move(state_names)) {}
+  void observe(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) const {
+    if (observer_) observer_(frame, outcomes);
+  }
+
+ private:
+  std::vector<std::string> state_names_;
+  InertialSession::OutcomeObserver observer_;
 };
+
+/// The filter of an estimator whose map has a joint covariance (Ekf::visit_map_covariance): that of
+/// stereo-velocity runs. Null: another estimator.
+const Ekf* filter_with_joint_map(const Estimator& estimator);
 
 /// Makes a visual-inertial estimator. A pixel_sigma in the settings overrides the sensors'.
 /// `start`: the initial state; none: the run initialises itself. `prior`: a map in which a filter

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 // Real recordings with inserted faults, and the result of the run.
@@ -178,12 +178,12 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
     }
     feed.note_bias(session.gyroscope_bias());
   }
-  outcome.resets = session.resets();
-  outcome.dropped = session.dropped_frames();
+  outcome.resets = session.report().resets;
+  outcome.dropped = session.report().dropped_frames;
   outcome.unreadable = sensors.unreadable();
   outcome.running = session.running();
   outcome.requirements = session.requirements();
-  outcome.imu = session.imu_counts();
+  outcome.imu = session.report().imu;
   if (!before) return outcome;
   outcome.latest = sensors.seconds(*before);
   outcome.false_ok = false_claims(estimates, recording.truth);

@@ -1,5 +1,4 @@
 #include <condition_variable>
-#include <deque>
 #include <mutex>
 #include <utility>
 
@@ -13,7 +12,7 @@ struct FeatureFeed::Shared {
   Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
          std::vector<Camera> cameras, const ImuBuffer::Options& options,
          std::vector<GrayImage> masks)
-      : next_event(std::move(next)), biases(kLead, Eigen::Vector3d::Zero()) {
+      : next_event(std::move(next)) {
     if (!cameras.empty()) tracker.emplace(settings, std::move(cameras), options, std::move(masks));
   }
 
@@ -42,10 +41,10 @@ struct FeatureFeed::Shared {
   // The bias for the next image; waits for it. None when the feed stops.
   std::optional<Eigen::Vector3d> next_bias() {
     std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return stop || !biases.empty(); });
+    changed.wait(lock, [&] { return stop || biases.known(); });
     if (stop) return std::nullopt;
-    const Eigen::Vector3d bias = biases.front();
-    biases.pop_front();
+    const Eigen::Vector3d bias = biases.next();
+    biases.pass();
     return bias;
   }
 
@@ -54,7 +53,7 @@ struct FeatureFeed::Shared {
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::deque<Eigen::Vector3d> biases;  // for images to come
+  DelayedBias biases;
   bool stop = false;
   std::optional<Ahead<Item>> ahead;  // last, because it uses all members above
 };
@@ -81,7 +80,7 @@ std::optional<FeatureFeed::Item> FeatureFeed::next() {
 
 void FeatureFeed::note_bias(const Eigen::Vector3d& gyroscope_bias) {
   const std::lock_guard lock(shared_->mutex);
-  shared_->biases.push_back(gyroscope_bias);
+  shared_->biases.note(gyroscope_bias);
   shared_->changed.notify_all();
 }
 

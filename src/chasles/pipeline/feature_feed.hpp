@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include <chasles/pipeline/delayed_bias.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
 #include <chasles/pipeline/sensor_event.hpp>
 
@@ -17,7 +18,7 @@ namespace chasles {
 /// bytes in both cases. Without cameras there is no front end, and an image is an error.
 class FeatureFeed {
  public:
-  static constexpr std::size_t kLead = 3;
+  static constexpr std::size_t kLead = DelayedBias::kLead;
 
   /// `next` returns the events, none at the end. With `ahead` it is called from the other thread,
   /// and its exceptions are rethrown by next(). `masks` as for Frontend.

@@ -4,14 +4,24 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>
+#include <chasles/slam/waiting_samples.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
 // The estimators of visual-inertial runs.
 namespace chasles {
 namespace {
+
+std::vector<std::string> names_of_states() {
+  std::vector<std::string> names;
+  for (const char* of : {"velocity", "accelerometer_bias", "gyroscope_bias"}) {
+    for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(of) + axis);
+  }
+  return names;
+}
 
 // Common part: the session that finds the start.
 class InertialEstimator : public Estimator {
@@ -19,9 +29,15 @@ class InertialEstimator : public Estimator {
   InertialEstimator(const InertialRunSettings& settings, InertialSensors sensors,
                     std::optional<InertialStart> start,
                     std::shared_ptr<const LandmarkMap> prior = nullptr)
-      : settings_(settings),
+      : Estimator(names_of_states()),
+        settings_(settings),
         sensors_(std::move(sensors)),
-        session_(settings.filter, settings.start, sensors_, std::move(start), std::move(prior)) {}
+        session_(settings.filter, settings.start, sensors_, std::move(start), std::move(prior)) {
+    session_.set_observer(
+        [this](const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+          observe(frame, outcomes);
+        });
+  }
 
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     return std::visit(Overloaded{[&](const ImuSample& sample) { return take(sample); },
@@ -31,32 +47,15 @@ class InertialEstimator : public Estimator {
                       event);
   }
 
-  bool started() const override { return session_.running(); }
-  std::string why_not_started() const override {
-    return started() ? std::string()
-                     : why_not_initialised(session_.waited(), session_.requirements());
-  }
-  std::vector<std::string> state_names() const override {
-    std::vector<std::string> names;
-    for (const char* of : {"velocity", "accelerometer_bias", "gyroscope_bias"}) {
-      for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(of) + axis);
+  EstimatorStatus status() const override {
+    EstimatorStatus status{.started = session_.running(),
+                           .gyroscope_bias = session_.gyroscope_bias()};
+    if (!status.started) {
+      status.why_not_started = why_not_initialised(session_.waited(), session_.requirements());
     }
-    return names;
+    return status;
   }
-  EstimatorReport report() const override {
-    return {.imu = session_.imu_counts(),
-            .resets = session_.resets(),
-            .dropped_frames = session_.dropped_frames(),
-            .places = session_.place_counts(),
-            .closures = session_.closures(),
-            .recognised = session_.recognised(),
-            .known_as = session_.known_as(),
-            .batch = {},
-            .window = {}};
-  }
-  void set_observer(InertialSession::OutcomeObserver observer) override {
-    session_.set_observer(std::move(observer));
-  }
+  EstimatorReport report() const override { return {session_.report(), {}, {}, {}}; }
 
  protected:
   virtual std::vector<Estimate> take(const ImuSample& sample) = 0;
@@ -72,10 +71,12 @@ class InertialFilter : public InertialEstimator {
   using InertialEstimator::InertialEstimator;
 
   std::vector<Estimate> finish() override { return session_.finish(); }
-  std::vector<MapLandmark> map() const override { return session_.map_nav(); }
-  Past::Estimates past() const override { return session_.past_nav(); }
-  std::optional<std::vector<LandmarkId>> in_state() const override { return session_.in_state(); }
-  Eigen::Vector3d gyroscope_bias() const override { return session_.gyroscope_bias(); }
+  EstimatedMap whole_map() const override {
+    Past::Estimates past = session_.past_nav();
+    return {.landmarks = std::move(past.landmarks),
+            .poses = std::move(past.poses),
+            .in_state = session_.in_state()};
+  }
   std::optional<LandmarkMap> landmark_map() const override { return session_.landmark_map(); }
 
  protected:
@@ -93,8 +94,7 @@ class InertialBatch : public InertialFilter {
 
   std::vector<Estimate> finish() override { return keep(InertialFilter::finish()); }
 
-  bool smooths() const override { return true; }
-  std::vector<Estimate> smooth(const StopRequest& stop) override {
+  std::vector<Estimate> complete(const StopRequest& stop) override {
     if (material_.estimates.empty() || result_) return {};
     merge_tracks();
     try {
@@ -105,22 +105,20 @@ class InertialBatch : public InertialFilter {
     return std::exchange(result_->estimates, {});
   }
 
-  std::vector<MapLandmark> map() const override {
-    return result_ ? result_->landmarks : InertialFilter::map();
-  }
-  Past::Estimates past() const override {
-    return result_ ? Estimator::past() : InertialFilter::past();
-  }
-  std::optional<std::vector<LandmarkId>> in_state() const override {
-    return result_ ? std::nullopt : InertialFilter::in_state();
+  EstimatorStatus status() const override {
+    EstimatorStatus status = InertialFilter::status();
+    status.smooths = true;
+    return status;
   }
   EstimatorReport report() const override {
     EstimatorReport report = InertialFilter::report();
-    if (result_) report.batch = result_->report;
+    if (!result_) return report;
+    report.batch = result_->report;
+    report.batch_terms = result_->terms;
     return report;
   }
-  std::vector<std::shared_ptr<const BatchTerms>> batch_terms() const override {
-    return result_ ? result_->terms : InertialFilter::batch_terms();
+  EstimatedMap whole_map() const override {
+    return result_ ? EstimatedMap{.landmarks = result_->landmarks} : InertialFilter::whole_map();
   }
 
  protected:
@@ -136,7 +134,7 @@ class InertialBatch : public InertialFilter {
  private:
   // A track that the filter has recognised is a track of that landmark from its beginning.
   void merge_tracks() {
-    const std::map<LandmarkId, LandmarkId> known_as = session_.known_as();
+    const std::map<LandmarkId, LandmarkId> known_as = session_.report().known_as;
     if (known_as.empty()) return;
     for (FeatureFrame& frame : material_.frames) {
       for (PixelObservation& o : frame.pixels) {
@@ -170,21 +168,15 @@ class InertialWindowEstimator : public InertialEstimator {
     append(noted(window_->finish()), estimates);
     return estimates;
   }
-  void check() const override {
+  std::vector<Estimate> complete(const StopRequest& /*stop*/) override {
     if (window_ && earlier_.report.landmarks == 0) window_->check();
+    return {};
   }
 
-  std::vector<MapLandmark> map() const override {
-    std::vector<MapLandmark> map = earlier_.map;
-    const std::vector<MapLandmark> own = window_ ? window_map() : session_.map_nav();
-    map.insert(map.end(), own.begin(), own.end());
-    return map;
-  }
-  std::optional<std::vector<LandmarkId>> in_state() const override {
-    return window_ ? window_->in_window() : session_.in_state();
-  }
-  Eigen::Vector3d gyroscope_bias() const override {
-    return window_ ? window_->gyroscope_bias() : session_.gyroscope_bias();
+  EstimatorStatus status() const override {
+    EstimatorStatus status = InertialEstimator::status();
+    if (window_) status.gyroscope_bias = window_->gyroscope_bias();
+    return status;
   }
   EstimatorReport report() const override {
     EstimatorReport report = InertialEstimator::report();
@@ -196,6 +188,13 @@ class InertialWindowEstimator : public InertialEstimator {
     report.dropped_frames = report.window->dropped_frames;
     return report;
   }
+  EstimatedMap whole_map() const override {
+    EstimatedMap map{.landmarks = earlier_.map,
+                     .in_state = window_ ? window_->in_window() : session_.in_state()};
+    const std::vector<MapLandmark> own = window_ ? window_map() : session_.map_nav();
+    map.landmarks.insert(map.landmarks.end(), own.begin(), own.end());
+    return map;
+  }
 
  protected:
   std::vector<Estimate> take(const ImuSample& sample) override {
@@ -203,7 +202,7 @@ class InertialWindowEstimator : public InertialEstimator {
     if (ends_part(sample)) estimates = end_part();
     if (window_) return noted(window_->process(sample));
     session_.process(sample);
-    samples_.push_back(sample);
+    samples_.add(sample);
     return estimates;
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
@@ -212,7 +211,7 @@ class InertialWindowEstimator : public InertialEstimator {
     const std::vector<Estimate> first = session_.process(frame);
     if (!first.empty()) return begin(first.front());
     // A frame may carry a damaged time, so the samples limit what it drops.
-    const Time now = samples_.empty() ? frame.time : std::min(frame.time, samples_.back().time);
+    const Time now = samples_.empty() ? frame.time : std::min(frame.time, samples_.newest().time);
     drop_before(now - from_seconds(2 * settings_.start.max_window));
     return {};
   }
@@ -263,7 +262,7 @@ class InertialWindowEstimator : public InertialEstimator {
   // No start uses older data: see InertialSession.
   void drop_before(Time oldest) {
     std::erase_if(frames_, [&](const FeatureFrame& frame) { return frame.time < oldest; });
-    while (samples_.size() > 2 && samples_[1].time < oldest) samples_.pop_front();
+    samples_.drop_before(oldest);
   }
 
   // Processes the events until now, in the order of their arrival.
@@ -274,19 +273,20 @@ class InertialWindowEstimator : public InertialEstimator {
     if (last_) place_ = take_place(input);
     window_.emplace(input, settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);
     std::vector<Estimate> estimates;
-    auto sample = samples_.begin();
+    auto sample = samples_.all().begin();
+    const auto end = samples_.all().end();
     for (const FeatureFrame& frame : std::exchange(frames_, {})) {
       append(window_->process(frame), estimates);
-      for (; sample != samples_.end() && window_->waiting(); ++sample) {
+      for (; sample != end && window_->waiting(); ++sample) {
         append(window_->process(*sample), estimates);
       }
     }
-    for (; sample != samples_.end(); ++sample) append(window_->process(*sample), estimates);
+    for (; sample != end; ++sample) append(window_->process(*sample), estimates);
     samples_.clear();
     return noted(std::move(estimates));
   }
 
-  std::deque<ImuSample> samples_;
+  WaitingSamples samples_;
   std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
   Earlier earlier_;

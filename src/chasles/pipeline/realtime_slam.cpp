@@ -5,8 +5,8 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/base/overloaded.hpp>
+#include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 
 namespace chasles {
@@ -22,7 +22,7 @@ RealtimeSlam::RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options opt
       cameras_(slam_->cameras()),
       options_(options),
       on_estimates_(std::move(on_estimates)),
-      predictor_(slam_->predictor()) {
+      predictor_(slam_->predictor().with(StatePredictor::Work::kAtOnce)) {
   worker_ = std::thread([this] { work(); });
 }
 
@@ -36,10 +36,16 @@ RealtimeSlam::~RealtimeSlam() {
 }
 
 void RealtimeSlam::process(const ImuSample& sample) {
-  {
-    const std::lock_guard lock(predictor_mutex_);
-    predictor_.add(sample);
-  }
+  predict_with(sample);
+  pass_on(sample);
+}
+
+void RealtimeSlam::predict_with(const ImuSample& sample) {
+  const std::lock_guard lock(predictor_mutex_);
+  predictor_.add(sample);
+}
+
+void RealtimeSlam::pass_on(const ImuSample& sample) {
   const std::lock_guard lock(mutex_);
   rethrow_failure();
   if (finished_) throw UsageError("RealtimeSlam: expected no sample after finish()");

@@ -51,6 +51,10 @@ class RealtimeSlam {
   /// Returns at once. An error of the estimator or of the callback ends the work; it is rethrown by
   /// the next call of process(), ask() or finish().
   void process(const ImuSample& sample);
+  /// The same in two steps, for a program that puts its sensors in order: predicted() uses the
+  /// sample as soon as it has come, and the estimator gets it when its turn comes.
+  void predict_with(const ImuSample& sample);
+  void pass_on(const ImuSample& sample);
   /// The same, unless it waits for room. A number of images other than that of the cameras, or an
   /// image of another size than its camera's, throws InputError; the images are then ignored.
   /// Returns the number of images that this one displaced.

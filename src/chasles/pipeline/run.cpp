@@ -4,12 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/recording/masks.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/base/stopwatch.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
-#include <chasles/base/stopwatch.hpp>
+#include <chasles/recording/masks.hpp>
 
 namespace chasles {
 namespace {
@@ -44,10 +44,10 @@ class FrontendSeconds {
 };
 
 // The estimate of a run whose tracks contradict the stated lens.
-Estimate doubt_lens(Estimate e) {
+Estimate degrade_for_lens(Estimate e) {
   if (e.health != Health::kOk) return e;
   e.health = Health::kDegraded;
-  e.doubt = Doubt::kLens;
+  e.degradation = Degradation::kLens;
   return e;
 }
 
@@ -86,7 +86,7 @@ class Player {
                                 },
                                 [&](const auto& sample) { return take(sample); }},
                      *item);
-      if (estimator_.ended() || (was_frame && observer_.stop())) break;
+      if (was_frame && (estimator_.status().ended || observer_.stop())) break;
     }
     for (const Estimate& e : estimator_.finish()) keep(e, {});
     report_.interrupted = observer_.stop();
@@ -122,7 +122,7 @@ class Player {
     const Stopwatch time;
     const std::vector<Estimate> estimates = estimator_.process(frame);
     report_.estimator_seconds += time.seconds();
-    if (tracked != nullptr) feed_.note_bias(estimator_.gyroscope_bias());
+    if (tracked != nullptr) feed_.note_bias(estimator_.status().gyroscope_bias);
     const double each = frame_time_.seconds() / static_cast<double>(estimates.size());
     for (const Estimate& e : estimates) {
       keep(e, {.seconds = each, .latency = started ? feed_.seconds_since(e.time) : std::nullopt});
@@ -132,9 +132,10 @@ class Player {
     return true;
   }
 
-  void keep(const Estimate& judged, EstimateTiming timing) {
+  void keep(const Estimate& estimate, EstimateTiming timing) {
     any_ = true;
-    const Estimate& e = options_.wrong_lens ? doubted_.emplace(doubt_lens(judged)) : judged;
+    const Estimate& e =
+        options_.wrong_lens ? degraded_.emplace(degrade_for_lens(estimate)) : estimate;
     timing.seconds = feed_.seconds_since(e.time).value_or(timing.seconds);
     timing.frontend_seconds = frontend_seconds_.nearest(e.time);
     observer_.on_estimate(e, timing);
@@ -147,12 +148,12 @@ class Player {
           recording_.name + ": " +
               (estimator_.started() ? "no frame gave an estimate" : estimator_.why_not_started()));
     }
-    estimator_.check();
-    if (!estimator_.smooths()) return;
-    observer_.on_smoothing();
+    const bool smooths = estimator_.status().smooths;
+    if (smooths) observer_.on_smoothing();
     const Stopwatch time;
-    std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
-    if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), doubt_lens);
+    std::vector<Estimate> estimates = estimator_.complete([this] { return observer_.stop(); });
+    if (!smooths) return;
+    if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), degrade_for_lens);
     if (estimates.empty()) {
       report_.interrupted = report_.in_smoothing = true;
       return;
@@ -167,7 +168,7 @@ class Player {
   SensorFeed feed_;
   RunReport report_;
   FrontendSeconds frontend_seconds_;
-  std::optional<Estimate> doubted_;
+  std::optional<Estimate> degraded_;
   bool any_ = false;  // whether there was an estimate
   std::size_t frames_ = 0;
   Stopwatch frame_time_;

@@ -75,7 +75,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     const RunReport report = run(twice, *estimator, {}, {.threads = threads}, observer);
     EXPECT_GT(observer.known, 1000);
     EXPECT_EQ(observer.unknown, 0) << "an outcome of no observation of the frame";
-    return Result{.path = estimator->past().poses,
+    return Result{.path = estimator->whole_map().poses,
                   .closures = report.estimator.closures,
                   .recognised = report.estimator.recognised,
                   .known_as = report.estimator.known_as};
@@ -97,7 +97,8 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     EXPECT_LT(closure.moved, 0.3);
     EXPECT_EQ(std::ranges::count(closed.recognised, closure.time), 1);
   }
-  EXPECT_GT(closed.recognised.size(), 2 * closed.closures.size()) << "most would tell too little";
+  EXPECT_GT(closed.recognised.size(), 2 * closed.closures.size())
+      << "most would determine too little";
   EXPECT_LT(error_of(closed), error_of(open) / 2);
 
   const Result again = run_with(Recognise::kAppearance, 1);

@@ -1,10 +1,10 @@
 #include <utility>
 
 #include <chasles/pipeline/estimator.hpp>
-#include <chasles/velocity/velocity_model.hpp>
-#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
+#include <chasles/velocity/velocity_model.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 // The estimators of stereo-velocity runs.
 namespace chasles {
@@ -13,7 +13,9 @@ namespace {
 class VelocityEstimator : public Estimator {
  public:
   VelocityEstimator(const VelocityRunSettings& settings, const VelocitySensors& sensors)
-      : settings_(settings), sensors_(sensors) {}
+      : Estimator(additive_names(model_of(settings.filter, sensors.noise))),
+        settings_(settings),
+        sensors_(sensors) {}
 
   // After the estimate is lost, events are ignored: arithmetic with values that are not finite is
   // slow, and all later estimates are meaningless.
@@ -34,10 +36,7 @@ class VelocityEstimator : public Estimator {
                                  [](const ImuSample&) { return std::vector<Estimate>(); }},
                       event);
   }
-  std::vector<std::string> state_names() const override {
-    return additive_names(model_of(settings_.filter, sensors_.noise));
-  }
-  bool ended() const override { return lost_; }
+  EstimatorStatus status() const override { return {.ended = lost_}; }
   EstimatorReport report() const override { return {}; }
 
  protected:
@@ -64,17 +63,17 @@ class VelocityFilter : public VelocityEstimator {
   VelocityFilter(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
-  std::vector<MapLandmark> map() const override { return slam_.filter().past().map(); }
-  Past::Estimates past() const override { return slam_.filter().past().estimates(); }
-  std::optional<std::vector<LandmarkId>> in_state() const override {
-    std::vector<LandmarkId> ids;
-    for (const Landmark& l : slam_.filter().state().landmarks) ids.push_back(l.id);
-    return ids;
+  EstimatedMap whole_map() const override {
+    Past::Estimates past = slam_.filter().past().estimates();
+    const auto initial = slam_.initial_landmarks();
+    EstimatedMap map{.landmarks = std::move(past.landmarks),
+                     .poses = std::move(past.poses),
+                     .initial = {initial.begin(), initial.end()},
+                     .in_state = std::vector<LandmarkId>()};
+    for (const Landmark& l : slam_.filter().state().landmarks) map.in_state->push_back(l.id);
+    return map;
   }
-  std::span<const MapLandmark> initial_landmarks() const override {
-    return slam_.initial_landmarks();
-  }
-  const Ekf* filter() const override { return &slam_.filter(); }
+  const Ekf& filter() const { return slam_.filter(); }
 
  protected:
   void take(const BodyVelocity& velocity) override { slam_.process(velocity); }
@@ -89,8 +88,8 @@ class VelocityBatch : public VelocityFilter {
  public:
   using VelocityFilter::VelocityFilter;
 
-  bool ended() const override { return false; }  // batch estimation uses the whole recording
-  const Ekf* filter() const override { return nullptr; }
+  // Batch estimation uses the whole recording, also where the filter is lost.
+  EstimatorStatus status() const override { return {.smooths = true}; }
 
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     if (const auto* velocity = std::get_if<BodyVelocity>(&event)) velocities_.push_back(*velocity);
@@ -100,8 +99,7 @@ class VelocityBatch : public VelocityFilter {
     return estimates;
   }
 
-  bool smooths() const override { return true; }
-  std::vector<Estimate> smooth(const StopRequest& stop) override {
+  std::vector<Estimate> complete(const StopRequest& stop) override {
     if (result_) return {};
     VelocityBatchInput in = input();
     in.velocities = std::move(velocities_);
@@ -114,15 +112,11 @@ class VelocityBatch : public VelocityFilter {
     }
     return std::exchange(result_->estimates, {});
   }
-  std::vector<MapLandmark> map() const override {
-    return result_ ? result_->landmarks : VelocityFilter::map();
-  }
-  Past::Estimates past() const override {
-    return result_ ? Estimator::past() : VelocityFilter::past();
-  }
-  std::span<const MapLandmark> initial_landmarks() const override { return {}; }
-  std::optional<std::vector<LandmarkId>> in_state() const override {
-    return result_ ? std::nullopt : VelocityFilter::in_state();
+  EstimatedMap whole_map() const override {
+    if (result_) return {.landmarks = result_->landmarks};
+    EstimatedMap map = VelocityFilter::whole_map();
+    map.initial.clear();
+    return map;
   }
   EstimatorReport report() const override {
     EstimatorReport report;
@@ -143,9 +137,13 @@ class VelocityWindowEstimator : public VelocityEstimator {
       : VelocityEstimator(settings, sensors),
         window_(input(), settings.batch, settings.estimator.keyframes) {}
 
-  void check() const override { window_.check(); }
-  std::vector<MapLandmark> map() const override { return window_.map(); }
-  std::optional<std::vector<LandmarkId>> in_state() const override { return window_.in_window(); }
+  std::vector<Estimate> complete(const StopRequest& /*stop*/) override {
+    window_.check();
+    return {};
+  }
+  EstimatedMap whole_map() const override {
+    return {.landmarks = window_.map(), .in_state = window_.in_window()};
+  }
   EstimatorReport report() const override {
     EstimatorReport report;
     report.window = window_.report();
@@ -178,6 +176,12 @@ std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,
       break;
   }
   return std::make_unique<VelocityFilter>(settings, sensors);
+}
+
+const Ekf* filter_with_joint_map(const Estimator& estimator) {
+  if (dynamic_cast<const VelocityBatch*>(&estimator) != nullptr) return nullptr;
+  const auto* filter = dynamic_cast<const VelocityFilter*>(&estimator);
+  return filter != nullptr ? &filter->filter() : nullptr;
 }
 
 }  // namespace chasles

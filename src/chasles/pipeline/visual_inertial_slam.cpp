@@ -1,7 +1,6 @@
 #include <utility>
 
 #include <chasles/frontend/frontend_checks.hpp>
-#include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 
@@ -12,7 +11,8 @@ namespace {
 StatePredictor predictor_for(const InertialSlamSettings& settings, const ImuNoise& noise,
                              ImuBuffer::Options imu) {
   imu.vibration_noise = settings.vibration_noise.value_or(0);
-  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu};
+  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu,
+          StatePredictor::Work::kOnDemand};
 }
 
 }  // namespace
@@ -28,8 +28,7 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
           InertialSensors{
               .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma},
           std::nullopt, std::move(prior))),
-      predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)),
-      biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}
+      predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
   predictor_.add(sample);
@@ -63,7 +62,7 @@ std::vector<Estimate> VisualInertialSlam::finish(const StopRequest& stop) {
   }
   append(estimator_->finish(), estimates);
   note(estimates);
-  return estimator_->smooths() ? estimator_->smooth(stop) : estimates;
+  return estimator_->status().smooths ? estimator_->complete(stop) : estimates;
 }
 
 void VisualInertialSlam::take(SensorEvent event, std::vector<Estimate>& estimates) {
@@ -78,12 +77,12 @@ void VisualInertialSlam::take(SensorEvent event, std::vector<Estimate>& estimate
 
 void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimates) {
   const TrackedFrame tracked =
-      tracker_.process(std::make_shared<const ImageFrame>(std::move(images)), biases_.front());
+      tracker_.process(std::make_shared<const ImageFrame>(std::move(images)), biases_.next());
   report_ = tracked.report;
   if (on_frame_) on_frame_(tracked.frame);
   append(estimator_->process(tracked.frame), estimates);
-  biases_.pop_front();
-  biases_.push_back(estimator_->gyroscope_bias());
+  biases_.pass();
+  biases_.note(estimator_->status().gyroscope_bias);
 }
 
 }  // namespace chasles

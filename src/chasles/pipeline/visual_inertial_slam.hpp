@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,6 +7,7 @@
 #include <vector>
 
 #include <chasles/pipeline/arrival_order.hpp>
+#include <chasles/pipeline/delayed_bias.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
 #include <chasles/slam/state_predictor.hpp>
@@ -21,8 +21,8 @@ namespace chasles {
 /// there. RealtimeSlam is the same on a thread of its own.
 ///
 /// With the filter, the session (InertialSession) recovers from invalid samples and times, and
-/// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
-/// cannot be used are frames without points.
+/// counts them; for windows and batch estimation see Estimator::process() and complete(). Images
+/// that cannot be used are frames without points.
 class VisualInertialSlam {
  public:
   /// `masks` as for Frontend. `prior`: a map in which the filter finds its place, with
@@ -75,8 +75,7 @@ class VisualInertialSlam {
   FrameObserver on_frame_;
   FrontendReport report_;
   ArrivalOrder order_;
-  /// The estimates of the gyroscope bias after the last images, as in a FeatureFeed.
-  std::deque<Eigen::Vector3d> biases_;
+  DelayedBias biases_;
 };
 
 }  // namespace chasles

@@ -3,10 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/inertial_tables.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/frame_cursor.hpp>
+#include <chasles/recording/inertial_tables.hpp>
 
 namespace chasles {
 namespace {
@@ -49,16 +50,9 @@ void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& f
 void read_pixels(const std::filesystem::path& file, std::size_t cameras,
                  std::vector<FeatureFrame>& frames) {
   CsvReader csv(file, kPixelColumns);
-  auto frame = frames.begin();
+  FrameCursor cursor(frames);
   while (csv.next()) {
-    const Time time = csv.time(0);
-    while (frame != frames.end() && frame->time < time) ++frame;
-    if (frame == frames.end() || frame->time != time) {
-      throw InputError(fmt::format(
-          "{}: {} is no frame of frames.csv at or after that of the row before, expected rows in "
-          "order of time, each of a frame",
-          csv.where(0), time.count()));
-    }
+    FeatureFrame& frame = cursor.frame_of(csv);
     const std::int64_t camera = csv.integer(1);
     if (camera < 0 || std::cmp_greater_equal(camera, cameras)) {
       throw InputError(
@@ -66,9 +60,9 @@ void read_pixels(const std::filesystem::path& file, std::size_t cameras,
                       "has {}",
                       csv.where(1), camera, cameras - 1, cameras));
     }
-    frame->pixels.push_back({.landmark = csv.integer(2),
-                             .camera = static_cast<int>(camera),
-                             .pixel = {csv.finite(3), csv.finite(4)}});
+    frame.pixels.push_back({.landmark = csv.integer(2),
+                            .camera = static_cast<int>(camera),
+                            .pixel = {csv.finite(3), csv.finite(4)}});
   }
 }
 

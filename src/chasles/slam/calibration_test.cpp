@@ -166,7 +166,8 @@ TEST(CalibratingSession, FindsItsStartAndKeepsItsCalibrationWhenItBeginsAnew) {
   remove_samples(m.recording, 6, 6.7);  // the motion in between is unknown: a new part
   InertialSession session = session_for(m.recording, std::nullopt, settings);
   Estimates estimates = play(session, m.recording);
-  EXPECT_EQ(session.resets(), 1) << why_not_initialised(session.waited(), session.requirements());
+  EXPECT_EQ(session.report().resets, 1)
+      << why_not_initialised(session.waited(), session.requirements());
   const Estimates last = session.finish();
   EXPECT_FALSE(last.empty());  // frames are stamped early: they wait for samples
   estimates.insert(estimates.end(), last.begin(), last.end());
@@ -199,7 +200,7 @@ TEST(CalibratingSession, SurvivesAbsurdSamples) {
     InertialSession session = session_for(m.recording, std::nullopt, settings);
     const Estimates estimates = play(session, m.recording);
     expect_sound(estimates);
-    EXPECT_GE(session.resets(), 1) << absurd;
+    EXPECT_GE(session.report().resets, 1) << absurd;
     EXPECT_TRUE(session.running()) << absurd;
     for (const Estimate& e : estimates) EXPECT_TRUE(e.calibration);
   }

@@ -2,17 +2,17 @@
 #include <chrono>
 #include <utility>
 
+#include <chasles/base/validate.hpp>
+#include <chasles/estimate/plausible.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/estimate/plausible.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {
 
 // The filter is lost when so many more frames contradict it than agree with it.
 constexpr int kContradictions = 40;
-constexpr int kDoubts = 2;  // as many already degrade it
+constexpr int kMostContradictions = 2;  // as many already degrade it
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
 // Between frames that keep their images until the start.
@@ -27,19 +27,16 @@ FeatureFrame kept(const FeatureFrame& frame, const std::deque<FeatureFrame>& bef
   return in_map && due ? frame : without_images(frame);
 }
 
-}  // namespace
-
-void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
-  sum.used += more.used;
-  sum.not_finite += more.not_finite;
-  sum.not_later += more.not_later;
-  sum.zero += more.zero;
-  sum.spikes += more.spikes;
-  sum.frozen += more.frozen;
-  sum.gaps += more.gaps;
-  sum.saturated += more.saturated;
-  sum.extrapolated += more.extrapolated;
+SlamReport report_of(const InertialSlam& slam) {
+  return {.imu = slam.propagator().imu_counts(),
+          .timed = slam.propagator().timed_counts(),
+          .places = slam.loops().place_counts(),
+          .closures = slam.loops().closures(),
+          .recognised = slam.loops().recognised(),
+          .known_as = slam.loops().known_as()};
 }
+
+}  // namespace
 
 InertialSession::InertialSession(const InertialSlamSettings& filter,
                                  const InitialiserSettings& start, InertialSensors sensors,
@@ -48,21 +45,27 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
     : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
-      gaps_(sensors_.imu.range()),
+      screen_(sensors_.imu.range()),
       given_(std::move(given)),
       prior_(std::move(prior)) {
+  sensors_.imu.screened = true;
   end_part(false);
 }
 
 void InertialSession::process(const ImuSample& sample) {
-  note_time(sample);
+  for (const ImuSample& measured : screen_.add(sample)) take(measured);
+}
+
+void InertialSession::take(const ImuSample& measured) {
+  const bool unknown = gaps_.add(measured.time).has_value();
+  if (slam_ && unknown) reset(false);
   if (slam_) {
-    slam_->process(sample);
-    trial_.process(sample);
+    slam_->process(measured);
+    trial_.process(measured);
     return;
   }
-  samples_.push_back(sample);
-  initialiser_->add(sample);
+  samples_.add(measured);
+  initialiser_->add(measured);
 }
 
 void InertialSession::process(const TimedMeasurement& measurement) {
@@ -74,22 +77,15 @@ void InertialSession::process(const TimedMeasurement& measurement) {
   }
 }
 
-// Samples that the buffers drop do not count.
-void InertialSession::note_time(const ImuSample& sample) {
-  const bool unknown = gaps_.add(sample).has_value();
-  last_sample_ = gaps_.last();
-  if (slam_ && unknown) reset(false);
-}
-
 bool InertialSession::usable(const FeatureFrame& frame) const {
-  return (!last_frame_ || frame.time > *last_frame_) && last_sample_ &&
-         frame.time - *last_sample_ <= kLongestGap;
+  return (!last_frame_ || frame.time > *last_frame_) && gaps_.last() &&
+         frame.time - *gaps_.last() <= kLongestGap;
 }
 
 std::vector<Estimate> InertialSession::process(const FeatureFrame& frame) {
   if (!waiting_since_ && !slam_) waiting_since_ = now_ = frame.time;
   if (!usable(frame)) {
-    ++dropped_frames_;
+    ++earlier_.report.dropped_frames;
     return {};
   }
   now_ = frame.time;
@@ -121,7 +117,7 @@ Time InertialSession::clock(Time of_cameras) const {
 
 bool InertialSession::covered(const FeatureFrame& frame) const {
   const bool shifted = settings_.estimates_time_offset() || settings_.initial_time_offset() != 0;
-  return !shifted || clock(frame.time) <= *last_sample_;
+  return !shifted || clock(frame.time) <= *gaps_.last();
 }
 
 std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
@@ -130,7 +126,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     return estimate ? std::vector{*estimate} : std::vector<Estimate>{};
   }
   if (given_) return wait_for_given(frame);
-  frames_.push_back(kept(frame, frames_, map_to_look_in() != nullptr));
+  frames_.push_back(kept(frame, frames_, map_to_search() != nullptr));
   std::optional<InertialStart> start;
   if (!frame.pixels.empty()) {
     FeatureFrame by_clock = frames_.back();
@@ -140,7 +136,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   if (start) {
     const auto calibration =
         agreed_ ? agreed_->calibration : stated_calibration(settings_, sensors_.cameras);
-    if (calibration) widen_start(*calibration, samples_, *start);
+    if (calibration) widen_start(*calibration, samples_.all(), *start);
     return begin(agreed_ ? continued(*start, *agreed_)
                          : placed(*start, start_settings_, sensors_.cameras.front()));
   }
@@ -149,8 +145,8 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   while (frames_.front().time < oldest) frames_.pop_front();
   const Time reach = clock(frames_.front().time) -
                      (settings_.estimates_time_offset() ? from_seconds(kTimeOffsetReach) : Time{});
-  while (samples_.size() > 2 && samples_[1].time < reach) samples_.pop_front();
-  earlier_timed_counts_.late += static_cast<int>(
+  samples_.drop_before(reach);
+  earlier_.report.timed.late += static_cast<int>(
       std::erase_if(timed_, [&](const TimedMeasurement& m) { return m.time < reach; }));
   return {};
 }
@@ -158,10 +154,10 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
 std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
   if (clock(frame.time) < given_->time) return {};
   const auto start = std::exchange(given_, std::nullopt);
-  if (std::ranges::none_of(samples_, [&](const ImuSample& sample) {
+  if (std::ranges::none_of(samples_.all(), [&](const ImuSample& sample) {
         return std::chrono::abs(sample.time - start->time) <= kLongestGap;
       })) {
-    ++resets_;
+    ++earlier_.report.resets;
     return {};
   }
   frames_ = {frame};
@@ -170,16 +166,16 @@ std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame)
 
 std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
-                                         sensors_.pixel_sigma, start, map_to_look_in(),
+                                         sensors_.pixel_sigma, start, map_to_search(),
                                          start_settings_.in_map && !agreed_);
   initialiser_.reset();
   waiting_since_.reset();
-  for (const ImuSample& sample : samples_) slam_->process(sample);
+  for (const ImuSample& sample : samples_.all()) slam_->process(sample);
   for (const TimedMeasurement& measurement : std::exchange(timed_, {})) {
     if (measurement.time >= start.time) {
       slam_->process(measurement);
     } else {
-      ++earlier_timed_counts_.late;
+      ++earlier_.report.timed.late;
     }
   }
   std::vector<Estimate> estimates;
@@ -194,16 +190,16 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
 // An estimate that is not finite is replaced by the last finite one.
 std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   Estimate e = slam_->process(frame);
-  if (const auto without = trial_.judge(frame, slam_)) e = *without;
+  if (const auto without = trial_.assess(frame, slam_)) e = *without;
   if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that decreases, or restarts, does not turn time back.
   if (!first_time_) first_time_ = e.time;
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
   if (is_credible(e)) {
-    if (contradictions_ > kDoubts && e.health == Health::kOk) {
+    if (contradictions_ > kMostContradictions && e.health == Health::kOk) {
       e.health = Health::kDegraded;
-      e.doubt = has_unknown_speed(e) ? Doubt::kUnknownSpeed : Doubt::kRejections;
+      e.degradation = has_unknown_speed(e) ? Degradation::kUnknownSpeed : Degradation::kRejections;
     }
     last_ = e;
     if (contradictions_ == 0) agreed_ = e;
@@ -226,7 +222,7 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
 
 void InertialSession::reset(bool lost) {
   end_part(lost);
-  ++resets_;
+  ++earlier_.report.resets;
 }
 
 bool InertialSession::is_credible(const Estimate& e) {
@@ -237,24 +233,19 @@ bool InertialSession::is_credible(const Estimate& e) {
 
 void InertialSession::end_part(bool lost) {
   if (slam_) {
-    earlier_ = past_nav();
-    std::erase_if(earlier_.landmarks, [](const MapLandmark& l) {
+    earlier_.past = past_nav();
+    std::erase_if(earlier_.past.landmarks, [](const MapLandmark& l) {
       return !l.p_world.allFinite() || !l.covariance.allFinite();
     });
-    std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
-    earlier_closures_ = closures();
-    earlier_recognised_ = recognised();
-    earlier_known_as_ = known_as();
+    std::erase_if(earlier_.past.poses, [](const PastPose& pose) { return !is_finite(pose); });
     keep_map(lost);
-    earlier_place_counts_ = place_counts();
-    earlier_counts_ = imu_counts();
-    earlier_timed_counts_ = timed_counts();
-    earlier_timed_counts_.late += slam_->timed_waiting();
+    earlier_.report = report_of_parts();
+    earlier_.report.timed.late += slam_->propagator().timed_waiting();
     slam_.reset();
     trial_.end();
   }
   contradictions_ = 0;
-  dropped_frames_ += static_cast<int>(waiting_.size());
+  earlier_.report.dropped_frames += static_cast<int>(waiting_.size());
   waiting_.clear();
   initialiser_ = std::make_unique<Initialiser>(
       start_settings_, calibrated(sensors_.cameras, agreed_ ? agreed_->calibration : std::nullopt),
@@ -265,12 +256,12 @@ void InertialSession::end_part(bool lost) {
 void InertialSession::keep_map(bool lost) {
   if (settings_.recognise != Recognise::kAppearance) return;
   if (!lost) {
-    earlier_map_ = landmark_map();
-    earlier_map_placed_ = place_counts().placed.has_value();
+    earlier_.map = landmark_map();
+    earlier_.map_placed = has_place();
   }
   if (prior_ || !agreed_ || !slam_->filter().covariance().allFinite()) return;
   const Time agreed = agreed_->time - (slam_->clock(Time{}) - Time{});
-  LandmarkMap map = lost ? slam_->landmark_map(agreed) : *earlier_map_;
+  LandmarkMap map = lost ? slam_->landmark_map(agreed) : *earlier_.map;
   const bool finite =
       std::ranges::all_of(map.points, [](const auto& p) { return p.p_map.allFinite(); }) &&
       map.covariance.shared().allFinite();
@@ -279,13 +270,13 @@ void InertialSession::keep_map(bool lost) {
   seen_before_ = std::make_shared<LandmarkMap>(std::move(map));
 }
 
-std::shared_ptr<const LandmarkMap> InertialSession::map_to_look_in() const {
+std::shared_ptr<const LandmarkMap> InertialSession::map_to_search() const {
   return prior_ ? prior_ : seen_before_;
 }
 
 std::vector<Requirement> InertialSession::requirements() const {
   if (!initialiser_) return {};
-  if (!last_sample_) return {at_least("IMU samples", 0, 1, "")};
+  if (!gaps_.last()) return {at_least("IMU samples", 0, 1, "")};
   return initialiser_->requirements();
 }
 
@@ -293,61 +284,33 @@ double InertialSession::waited() const {
   return waiting_since_ ? to_seconds(now_ - *waiting_since_) : 0;
 }
 
-std::vector<Closure> InertialSession::closures() const {
-  std::vector<Closure> all = earlier_closures_;
-  if (slam_) all.insert(all.end(), slam_->closures().begin(), slam_->closures().end());
+SlamReport InertialSession::report_of_parts() const {
+  SlamReport all = earlier_.report;
+  if (slam_) all.merge(report_of(*slam_));
   return all;
 }
 
-std::vector<Time> InertialSession::recognised() const {
-  std::vector<Time> all = earlier_recognised_;
-  if (slam_) all.insert(all.end(), slam_->recognised().begin(), slam_->recognised().end());
+SlamReport InertialSession::report() const {
+  SlamReport all = report_of_parts();
+  all.imu.note(screen_.counts());
   return all;
 }
 
-std::map<LandmarkId, LandmarkId> InertialSession::known_as() const {
-  std::map<LandmarkId, LandmarkId> all = earlier_known_as_;
-  if (slam_) all.insert(slam_->known_as().begin(), slam_->known_as().end());
-  return all;
+// Whether a part has found its place in the prior map.
+bool InertialSession::has_place() const {
+  return earlier_.report.places.placed || (slam_ && slam_->loops().place_counts().placed);
 }
 
 // The map in which the run has found its place, else the larger one.
 std::optional<LandmarkMap> InertialSession::landmark_map() const {
-  if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_map_;
-  const bool placed = slam_->place_counts().placed.has_value();
-  if (earlier_map_ && earlier_map_placed_ && !placed) return earlier_map_;
+  if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_.map;
+  const bool placed = slam_->loops().place_counts().placed.has_value();
+  if (earlier_.map && earlier_.map_placed && !placed) return earlier_.map;
   LandmarkMap map = slam_->landmark_map();
-  const bool smaller = earlier_map_ && map.points.size() < earlier_map_->points.size();
-  if (smaller && placed == earlier_map_placed_) return earlier_map_;
+  const bool smaller = earlier_.map && map.points.size() < earlier_.map->points.size();
+  if (smaller && placed == earlier_.map_placed) return earlier_.map;
   map.sessions.back().begin = first_time_.value_or(map.sessions.back().end);
   return map;
-}
-
-PlaceCounts InertialSession::place_counts() const {
-  PlaceCounts counts = earlier_place_counts_;
-  if (!slam_) return counts;
-  const PlaceCounts& own = slam_->place_counts();
-  counts.searches += own.searches;
-  counts.proposed += own.proposed;
-  counts.refused += own.refused;
-  if (own.placed) counts.placed = own.placed;
-  return counts;
-}
-
-ImuBuffer::Counts InertialSession::imu_counts() const {
-  ImuBuffer::Counts counts = earlier_counts_;
-  if (slam_) add(slam_->imu_counts(), counts);
-  return counts;
-}
-
-TimedMeasurementCounts InertialSession::timed_counts() const {
-  TimedMeasurementCounts counts = earlier_timed_counts_;
-  if (!slam_) return counts;
-  const TimedMeasurementCounts& own = slam_->timed_counts();
-  counts.used += own.used;
-  counts.rejected += own.rejected;
-  counts.late += own.late;
-  return counts;
 }
 
 Eigen::Vector3d InertialSession::gyroscope_bias() const {
@@ -355,7 +318,7 @@ Eigen::Vector3d InertialSession::gyroscope_bias() const {
 }
 
 Past::Estimates InertialSession::past_nav() const {
-  Past::Estimates past = earlier_;
+  Past::Estimates past = earlier_.past;
   if (!slam_) return past;
   Past::Estimates own = slam_->past_nav();
   if (!prior_) {  // those of earlier parts are there already

@@ -3,18 +3,20 @@
 #include <chrono>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include <chasles/imu/sample_gaps.hpp>
+#include <chasles/estimate/slam_report.hpp>
+#include <chasles/imu/sample_screen.hpp>
+#include <chasles/imu/time_gaps.hpp>
+#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/initialise/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
+#include <chasles/slam/waiting_samples.hpp>
 
 namespace chasles {
 
@@ -26,9 +28,6 @@ struct InertialSensors {
   double pixel_sigma = 1;  ///< [px]
 };
 
-/// Adds the counts of another part of a run.
-void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum);
-
 /// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
 /// start, runs the filter, and initialises it again where the filter is lost. Position and heading
 /// then continue from the last estimate that agreed with the frames, with a covariance that grows
@@ -39,16 +38,16 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum);
 ///
 /// Recovered and counted:
 /// - a sample that is no measurement: not finite, not later than the previous one, six zeros, a
-/// spike, or of a frozen sensor (SampleScreen; imu_counts);
+/// spike, or of a frozen sensor (SampleScreen; SlamReport::imu);
 /// - a frame that is not later than the previous one, or more than kLongestGap later than the last
-/// sample, is dropped (dropped_frames);
+/// sample, is dropped (SlamReport::dropped_frames);
 /// - samples that are missing for longer than kLongestGap end this part of the run (resets),
 /// because the motion in between is unknown; a shorter gap is bridged (ImuBuffer);
 /// - a given start without samples within that time is dropped (resets), and the session
 /// initialises itself.
 class InertialSession {
  public:
-  static constexpr Time kLongestGap = SampleGaps::kLongest;
+  static constexpr Time kLongestGap = TimeGaps::kLongest;
 
   /// Throws UsageError for settings that cannot be used.
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
@@ -74,23 +73,15 @@ class InertialSession {
   bool running() const { return slam_ != nullptr; }
   /// The conditions of a start, with the last measured values.
   std::vector<Requirement> requirements() const;
-  double waited() const;  ///< for a start, until the present frame [s]
-  int resets() const { return resets_; }
-  int dropped_frames() const { return dropped_frames_; }
-  std::vector<Closure> closures() const;
-  std::vector<Time> recognised() const;  ///< as InertialSlam::recognised, of all parts
-  /// As InertialSlam::known_as, of all parts.
-  std::map<LandmarkId, LandmarkId> known_as() const;
+  double waited() const;      ///< for a start, until the present frame [s]
+  SlamReport report() const;  ///< of all parts
   /// What another run can recognise (InertialSlam::landmark_map) of a part of the run: one that has
   /// found its place in the prior map, else the one with most landmarks. Not of a part that was
   /// lost. Without sessions[].name. None before a start.
   std::optional<LandmarkMap> landmark_map() const;
-  PlaceCounts place_counts() const;  ///< in the prior map, of all parts; `placed` of the last one
-  ImuBuffer::Counts imu_counts() const;
-  TimedMeasurementCounts timed_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
-  /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
+  /// The landmarks of all parts of the run, in nav (InertialSlam::past_nav).
   std::vector<MapLandmark> map_nav() const { return past_nav().landmarks; }
   /// The same with the poses of all frames of all parts.
   Past::Estimates past_nav() const;
@@ -98,24 +89,35 @@ class InertialSession {
   std::vector<LandmarkId> in_state() const;
 
  private:
+  /// The parts before the present one, with what was dropped between and during them.
+  struct Earlier {
+    SlamReport report;
+    Past::Estimates past;
+    std::optional<LandmarkMap> map;  ///< of a part that was not lost
+    bool map_placed = false;         ///< in the prior map
+  };
+
+  void take(const ImuSample& measured);
   std::vector<Estimate> take(const FeatureFrame& frame);
   std::vector<Estimate> begin(InertialStart start);
   std::vector<Estimate> wait_for_given(const FeatureFrame& frame);
   std::optional<Estimate> step(const FeatureFrame& frame);
-  void note_time(const ImuSample& sample);
   bool usable(const FeatureFrame& frame) const;
   Time clock(Time of_cameras) const;
   bool covered(const FeatureFrame& frame) const;
   void reset(bool lost);
   void end_part(bool lost);
+  SlamReport report_of_parts() const;
   void keep_map(bool lost);
-  std::shared_ptr<const LandmarkMap> map_to_look_in() const;
+  bool has_place() const;
+  std::shared_ptr<const LandmarkMap> map_to_search() const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
-  SampleGaps gaps_;
+  SampleScreen screen_;  ///< the only one: buffers get what it releases
+  TimeGaps gaps_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
   ClosureTrial trial_;
@@ -123,27 +125,18 @@ class InertialSession {
   std::optional<InertialStart> given_;
   std::shared_ptr<const LandmarkMap> prior_;
   std::vector<TimedMeasurement> timed_;  ///< as samples_
-  std::deque<ImuSample> samples_;        ///< since the oldest frame that the run may start with
+  WaitingSamples samples_;               ///< since the oldest frame that the run may start with
   std::deque<FeatureFrame> frames_;
   WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
   Time now_{};
-  std::optional<Time> last_frame_, last_sample_;
+  std::optional<Time> last_frame_;
   std::optional<Time> last_time_;   ///< of the last estimate
   std::optional<Estimate> last_;    ///< that was finite
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames
-  Past::Estimates earlier_;
-  std::vector<Closure> earlier_closures_;
-  std::vector<Time> earlier_recognised_;
-  std::map<LandmarkId, LandmarkId> earlier_known_as_;
-  std::optional<LandmarkMap> earlier_map_;          ///< of a part that was not lost
-  bool earlier_map_placed_ = false;                 ///< in the prior map
+  Earlier earlier_;
   std::shared_ptr<const LandmarkMap> seen_before_;  ///< what the run had mapped when it was lost
-  PlaceCounts earlier_place_counts_;
-  std::optional<Time> first_time_;  ///< of the first estimate
-  ImuBuffer::Counts earlier_counts_;
-  TimedMeasurementCounts earlier_timed_counts_;
-  int resets_ = 0, dropped_frames_ = 0;
+  std::optional<Time> first_time_;                  ///< of the first estimate
   int contradictions_ = 0;  ///< frames that contradict the filter minus those that agree
 };
 

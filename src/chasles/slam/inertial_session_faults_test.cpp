@@ -32,12 +32,12 @@ Recording with_garbage(double from, double to) {
   return recording;
 }
 
-TEST(InertialSessionFaults, GarbageForASecondIsRefusedAndDegrades) {
+TEST(InertialSessionFaults, GarbageForASecondIsRejectedAndDegrades) {
   const Recording recording = with_garbage(4, 5);
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.report().resets, 0);
   int used = 0, rejected = 0;
   for (const Estimate& e : estimates) {
     if (e.time < after(recording, 4) || e.time >= after(recording, 5)) continue;
@@ -57,11 +57,11 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
   // A start may be found in a window that still contains garbage; it does not last.
-  EXPECT_GE(session.resets(), 1);
-  EXPECT_LE(session.resets(), 2);
+  EXPECT_GE(session.report().resets, 1);
+  EXPECT_LE(session.report().resets, 2);
   EXPECT_TRUE(session.running());
   EXPECT_EQ(estimates.back().time, recording.frames.back().time);
-  EXPECT_EQ(session.resets(), std::ranges::count_if(estimates, [](const Estimate& e) {
+  EXPECT_EQ(session.report().resets, std::ranges::count_if(estimates, [](const Estimate& e) {
               return e.health == Health::kLost;
             }));
   const auto lost = std::ranges::find(estimates, Health::kLost, &Estimate::health);
@@ -81,8 +81,8 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnewWithTracksAlone) {
   InertialSession session = session_for(recording, std::nullopt, tracks_alone());
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  EXPECT_GE(session.resets(), 1);
-  EXPECT_LE(session.resets(), 3);
+  EXPECT_GE(session.report().resets, 1);
+  EXPECT_LE(session.report().resets, 3);
   EXPECT_TRUE(session.running());
   EXPECT_LT(error_from(estimates, recording, after(recording, 15)), 0.5);
 }
@@ -95,7 +95,7 @@ TEST(InertialSessionFaults, OutliersAreNoReasonToBeginAnew) {
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.report().resets, 0);
   EXPECT_LT(error_from(estimates, recording), 0.5);
 }
 
@@ -107,8 +107,8 @@ TEST(InertialSessionFaults, FramesThatAreNotLaterAreDroppedAndCounted) {
   disordered.frames.insert(disordered.frames.begin() + 302, recording.frames[300]);  // twice
   InertialSession plain = session_for(recording), session = session_for(disordered);
   const Estimates expected = play(plain, recording), estimates = play(session, disordered);
-  EXPECT_EQ(session.dropped_frames(), 2);
-  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.report().dropped_frames, 2);
+  EXPECT_EQ(session.report().resets, 0);
   ASSERT_EQ(estimates.size(), expected.size());
   EXPECT_EQ(estimates.back().world_T_imu.p, expected.back().world_T_imu.p);
 }
@@ -119,9 +119,9 @@ TEST(InertialSessionFaults, AFrameFromTheFutureIsDroppedAndTheNextIsNot) {
   for (const ImuSample& sample : recording.imu) session.process(sample);
   EXPECT_TRUE(session.process(FeatureFrame{.time = recording.imu.back().time + from_seconds(3600)})
                   .empty());
-  EXPECT_EQ(session.dropped_frames(), 1);
+  EXPECT_EQ(session.report().dropped_frames, 1);
   session.process(recording.frames.back());
-  EXPECT_EQ(session.dropped_frames(), 1);
+  EXPECT_EQ(session.report().dropped_frames, 1);
 }
 
 TEST(InertialSessionFaults, AShortGapOfSamplesIsBridgedAndOnesThatAreNotNumbersAreLeftOut) {
@@ -132,10 +132,21 @@ TEST(InertialSessionFaults, AShortGapOfSamplesIsBridgedAndOnesThatAreNotNumbersA
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  EXPECT_EQ(session.resets(), 0);
-  EXPECT_EQ(session.imu_counts().gaps, 1);
-  EXPECT_EQ(session.imu_counts().not_finite, 2);
+  EXPECT_EQ(session.report().resets, 0);
+  EXPECT_EQ(session.report().imu.gaps, 1);
+  EXPECT_EQ(session.report().imu.not_finite, 2);
   EXPECT_LT(error_from(estimates, recording), 0.3);
+}
+
+// The session screens the samples once, before the start as well as in all parts of the run.
+TEST(InertialSessionFaults, WhatIsNoMeasurementCountsOnceInTheWholeRun) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  for (const std::size_t k : {5u, 700u, 1500u}) recording.imu[k].specific_force_imu.y() = kNaN;
+  remove_samples(recording, 6, 7);
+  InertialSession session = session_for(recording);
+  expect_sound(play(session, recording));
+  EXPECT_EQ(session.report().resets, 1);
+  EXPECT_EQ(session.report().imu.not_finite, 3);
 }
 
 TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
@@ -144,7 +155,7 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  EXPECT_EQ(session.resets(), 1);
+  EXPECT_EQ(session.report().resets, 1);
   EXPECT_TRUE(session.running());
   EXPECT_EQ(estimates.back().time, recording.frames.back().time);
   // A dynamic initialisation from one second has new errors of scale and tilt: decimetres over this
@@ -167,7 +178,7 @@ TEST(InertialSessionFaults, WhenTheSamplesEndTheFramesAreDropped) {
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
   EXPECT_LE(estimates.back().time, after(recording, 6.5));
-  EXPECT_GT(session.dropped_frames(), 100);
+  EXPECT_GT(session.report().dropped_frames, 100);
 }
 
 TEST(InertialSessionFaults, OneAbsurdSampleIsBridged) {
@@ -181,8 +192,8 @@ TEST(InertialSessionFaults, OneAbsurdSampleIsBridged) {
     InertialSession spoilt = session_for(recording);
     const Estimates estimates = play(spoilt, recording);
     expect_sound(estimates);
-    EXPECT_EQ(spoilt.resets(), 0) << absurd;
-    EXPECT_EQ(spoilt.imu_counts().spikes, 1) << absurd;
+    EXPECT_EQ(spoilt.report().resets, 0) << absurd;
+    EXPECT_EQ(spoilt.report().imu.spikes, 1) << absurd;
     EXPECT_LT(error_from(estimates, recording), 1.5 * error) << absurd;
   }
 }
@@ -197,7 +208,7 @@ TEST(InertialSessionFaults, TwoAbsurdSamplesEndThePartAndNotTheRun) {
     InertialSession session = session_for(recording);
     const Estimates estimates = play(session, recording);
     expect_sound(estimates);
-    EXPECT_GE(session.resets(), 1) << absurd;
+    EXPECT_GE(session.report().resets, 1) << absurd;
     EXPECT_TRUE(session.running()) << absurd;
     EXPECT_EQ(estimates.back().time, recording.frames.back().time);
     EXPECT_LT(error_from(estimates, recording, after(recording, 14)), 0.3) << absurd;

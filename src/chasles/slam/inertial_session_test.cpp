@@ -20,8 +20,8 @@ TEST(InertialSession, FindsItsStartAndAgreesWithTheTruth) {
     EXPECT_FALSE(session.running());
     const Estimates estimates = play(session, recording);
     EXPECT_TRUE(session.running());
-    EXPECT_EQ(session.resets(), 0);
-    EXPECT_EQ(session.dropped_frames(), 0);
+    EXPECT_EQ(session.report().resets, 0);
+    EXPECT_EQ(session.report().dropped_frames, 0);
     EXPECT_TRUE(session.requirements().empty());
     EXPECT_GT(estimates.size() + 60, recording.frames.size()) << scene.settings.name;
     EXPECT_LT(error_from(estimates, recording), 0.3) << scene.settings.name;
@@ -59,7 +59,7 @@ TEST(InertialSession, LivesOnTracksAlone) {
     InertialSession usual = session_for(recording);
     InertialSession session = session_for(recording, std::nullopt, tracks_alone());
     const Estimates estimates = play(session, recording);
-    EXPECT_EQ(session.resets(), 0) << scene.settings.name;
+    EXPECT_EQ(session.report().resets, 0) << scene.settings.name;
     EXPECT_LT(error_from(estimates, recording), 0.5) << scene.settings.name;
     EXPECT_LE(degraded_frames(estimates), degraded_frames(play(usual, recording)) + 20);
     expect_sound(estimates);
@@ -72,7 +72,7 @@ TEST(InertialSession, AGivenStartWithoutSamplesIsGivenUp) {
   start.time -= from_seconds(2);
   InertialSession session = session_for(recording, start);
   const Estimates estimates = play(session, recording);
-  EXPECT_EQ(session.resets(), 1);
+  EXPECT_EQ(session.report().resets, 1);
   EXPECT_TRUE(session.running());
   EXPECT_LT(error_from(estimates, recording), 0.3);
 }
@@ -97,7 +97,7 @@ TEST(InertialSession, WithoutObservationsItIsDegradedAndLessCertainAndRecovers) 
     }
   }
   EXPECT_GT(latest, 1.5 * before);
-  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.report().resets, 0);
   EXPECT_LT(error_from(estimates, recording), 1);
 }
 
@@ -125,9 +125,9 @@ TEST(InertialSession, OfNothingComesNothing) {
   EXPECT_EQ(why_not_initialised(session.waited(), session.requirements()),
             "not initialised after 0 s: IMU samples 0 of at least 1");
   for (const FeatureFrame& frame : recording.frames) EXPECT_TRUE(session.process(frame).empty());
-  EXPECT_EQ(session.dropped_frames(), static_cast<int>(recording.frames.size()));
+  EXPECT_EQ(session.report().dropped_frames, static_cast<int>(recording.frames.size()));
   EXPECT_FALSE(session.running());
-  EXPECT_EQ(session.imu_counts().used, 0);
+  EXPECT_EQ(session.report().imu.used, 0);
 }
 
 }  // namespace

@@ -3,34 +3,21 @@
 #include <optional>
 #include <string>
 
-#include <chasles/filter/depth_rule_names.hpp>
-#include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/base/settings.hpp>
 #include <chasles/estimate/landmark_form.hpp>
+#include <chasles/filter/charts/error_chart_names.hpp>
+#include <chasles/filter/depth_rule_names.hpp>
+#include <chasles/loop/recognise.hpp>
 
 namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
-enum class Recognise { kNone, kIds, kAppearance };
-enum class PriorMapUse { kEstimated, kConsidered };
 enum class Toggle { kAuto, kTrue, kFalse };
 
 template <>
 struct Choices<LandmarkInit> {
   static constexpr std::array list{Choice{LandmarkInit::kMultiView, "multi-view"},
                                    Choice{LandmarkInit::kFixedDepth, "fixed-depth"}};
-};
-
-template <>
-struct Choices<Recognise> {
-  static constexpr std::array list{Choice{Recognise::kNone, "none"}, Choice{Recognise::kIds, "ids"},
-                                   Choice{Recognise::kAppearance, "appearance"}};
-};
-
-template <>
-struct Choices<PriorMapUse> {
-  static constexpr std::array list{Choice{PriorMapUse::kEstimated, "estimated"},
-                                   Choice{PriorMapUse::kConsidered, "considered"}};
 };
 
 template <>

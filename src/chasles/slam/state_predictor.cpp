@@ -22,13 +22,16 @@ void propagate(const StrapdownStep& step, Matrix15d& P) {
 }  // namespace
 
 void StatePredictor::add(const ImuSample& sample) {
-  imu_.add(sample);
-  if (const auto gap = gaps_.add(sample)) {
-    after_gap_ = gap->next;
-    steps_.clear();
+  for (const ImuSample& measured : screen_.add(sample)) {
+    imu_.add(measured);
+    if (const auto gap = gaps_.add(measured.time)) {
+      after_gap_ = gap->next;
+      steps_.clear();
+    }
   }
   if (!imu_.latest()) return;
-  if (!steps_.empty()) extend();
+  if (!steps_.empty() && *imu_.latest() - steps_.front().time > kLongest) steps_.clear();
+  if (!steps_.empty() && work_ == Work::kAtOnce) extend();
   // An estimate that comes late is of an older frame.
   if (steps_.empty()) imu_.drop_before(*imu_.latest() - kLongest);
 }
@@ -46,7 +49,7 @@ void StatePredictor::correct(const Estimate& estimate) {
                               .gyroscope_bias = biases.tail<3>()},
                     .covariance = estimate.covariance});
   imu_.drop_before(estimate.time);
-  extend();
+  if (work_ == Work::kAtOnce) extend();
 }
 
 // From the last step to the last sample, a step for each sample.
@@ -82,9 +85,10 @@ StatePredictor::Step StatePredictor::moved(Step step, Time to) {
 }
 
 std::optional<PredictedState> StatePredictor::at(Time time) {
+  if (!steps_.empty()) extend();
   if (steps_.empty() || time < steps_.front().time) return std::nullopt;
   const Time known = std::max(steps_.front().time, imu_.latest().value_or(Time::min()));
-  if (time > known + SampleGaps::kLongest || time > steps_.front().time + kLongest) {
+  if (time > known + TimeGaps::kLongest || time > steps_.front().time + kLongest) {
     return std::nullopt;
   }
   const auto after = std::ranges::upper_bound(steps_, time, {}, &Step::time);

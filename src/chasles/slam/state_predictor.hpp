@@ -4,9 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include <chasles/imu/imu_buffer.hpp>
-#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/imu/imu_buffer.hpp>
+#include <chasles/imu/sample_screen.hpp>
+#include <chasles/imu/time_gaps.hpp>
 
 namespace chasles {
 
@@ -27,16 +28,27 @@ struct PredictedState {
 /// anew at the estimate's time.
 ///
 /// The prediction ends, until the next estimate, where nobody should rely on it: at an estimate
-/// that is lost, at a gap between samples that no estimator bridges (SampleGaps), and once the
+/// that is lost, at a gap between samples that no estimator bridges (TimeGaps), and once the
 /// estimate is older than kLongest. Memory and the time of a call are bounded thereby. One thread.
 class StatePredictor {
  public:
   /// An estimate is carried on for so long.
   static constexpr Time kLongest = std::chrono::seconds(5);
 
+  /// When the samples are integrated: as they come, so that at() costs the same at any time, or
+  /// those that at() needs. The states are the same; but a saturated sample is bridged by later
+  /// ones only where these are there.
+  enum class Work { kAtOnce, kOnDemand };
+
   /// `noise` and `imu` as the estimator uses them.
-  StatePredictor(const ImuNoise& noise, const ImuBuffer::Options& imu)
-      : noise_(noise), imu_(imu), gaps_(imu.range()) {}
+  StatePredictor(const ImuNoise& noise, const ImuBuffer::Options& imu, Work work = Work::kAtOnce)
+      : noise_(noise), work_(work), screen_(imu.range()), imu_(of_screened(imu)) {}
+
+  StatePredictor with(Work work) const {
+    StatePredictor other = *this;
+    other.work_ = work;
+    return other;
+  }
 
   void add(const ImuSample& sample);
   /// Begins anew from this estimate. One that is lost or without velocity and biases ends the
@@ -44,7 +56,7 @@ class StatePredictor {
   void correct(const Estimate& estimate);
 
   /// At a time since the last estimate; after the last sample it holds. None before an estimate,
-  /// before the last one's time, more than SampleGaps::kLongest after the last sample, and after
+  /// before the last one's time, more than TimeGaps::kLongest after the last sample, and after
   /// the prediction's end.
   std::optional<PredictedState> at(Time time);
 
@@ -56,10 +68,16 @@ class StatePredictor {
   };
   Step moved(Step step, Time to);
   void extend();
+  static ImuBuffer::Options of_screened(ImuBuffer::Options imu) {
+    imu.screened = true;
+    return imu;
+  }
 
   ImuNoise noise_;
+  Work work_;
+  SampleScreen screen_;
   ImuBuffer imu_;
-  SampleGaps gaps_;
+  TimeGaps gaps_;
   std::optional<Time> after_gap_;  ///< of the first sample after the last gap
   std::vector<Step> steps_;  ///< the estimate, then one for each sample since; empty: no estimate
   std::vector<ImuInterval> intervals_;

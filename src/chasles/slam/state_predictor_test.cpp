@@ -96,6 +96,40 @@ TEST(StatePredictor, ALateEstimateBeginsAnewAtItsOwnTime) {
   }
 }
 
+TEST(StatePredictor, OnDemandIsTheSameState) {
+  InertialSession session = session_for(hallway());
+  StatePredictor at_once = predictor_for(hallway());
+  Time next{};
+  const Estimate last = play_until(session, at_once, 40, next);
+  StatePredictor on_demand = at_once.with(StatePredictor::Work::kOnDemand);
+  at_once.correct(last);
+  on_demand.correct(last);
+  for (const ImuSample& sample : hallway().imu) {
+    if (sample.time <= next || sample.time > next + std::chrono::milliseconds(150)) continue;
+    at_once.add(sample);
+    on_demand.add(sample);
+  }
+  for (const int ms : {-20, 0, 3, 99, 151, 180}) {
+    const Time time = next + std::chrono::milliseconds(ms);
+    const auto a = at_once.at(time), b = on_demand.at(time);
+    ASSERT_TRUE(a && b) << ms;
+    EXPECT_EQ(a->state.world_T_imu.p, b->state.world_T_imu.p) << ms;
+    EXPECT_EQ(a->covariance, b->covariance) << ms;
+    EXPECT_EQ(a->angular_rate_imu, b->angular_rate_imu) << ms;
+  }
+  // Also the end of the prediction.
+  const Time end = last.time + StatePredictor::kLongest + std::chrono::milliseconds(1);
+  for (Time t = next + std::chrono::milliseconds(155); t < end; t += std::chrono::milliseconds(5)) {
+    ImuSample sample = hallway().imu.front();
+    sample.time = t;
+    sample.angular_rate_imu.x() += 1e-3 * static_cast<double>((t / Time(5'000'000)) % 7);
+    at_once.add(sample);
+    on_demand.add(sample);
+  }
+  EXPECT_FALSE(at_once.at(next));
+  EXPECT_FALSE(on_demand.at(next));
+}
+
 // The errors at all times between frames against the truth, by their own sigmas.
 TEST(StatePredictor, IsAsWrongAsItSaysAtTheRateOfTheImu) {
   InertialSession session = session_for(hallway());
@@ -152,7 +186,7 @@ TEST(StatePredictor, HasNoneBeforeAnEstimateOrWhereSamplesAreMissing) {
   ASSERT_TRUE(later);
   EXPECT_NEAR(later->state.world_T_imu.p.x(), 0.1, 0.02);
   EXPECT_NEAR(later->angular_rate_imu.y(), 0.1, 1e-12);
-  EXPECT_FALSE(predictor.at(t + SampleGaps::kLongest + Time(1)));
+  EXPECT_FALSE(predictor.at(t + TimeGaps::kLongest + Time(1)));
 }
 
 constexpr Time kStart = std::chrono::seconds(10);

@@ -42,8 +42,8 @@ VelocitySlamNoise noise() {
   noise.motion.sample_sigma << 0.01, 0.01, 0.01, 0.1, 0.1, 0.1;
   noise.motion.walk << 0.1, 0.1, 0.1, 1, 1, 1;
   noise.gyro_bias_sigma = 0.001;
-  noise.begin = {.u = 0.5, .v = 0.5, .disparity = 0.7};
-  noise.update = noise.begin;
+  noise.initialisation = {.u = 0.5, .v = 0.5, .disparity = 0.7};
+  noise.update = noise.initialisation;
   return noise;
 }
 
@@ -151,19 +151,20 @@ TEST(VelocitySlam, KeepsTheInitialPositionsBeforeTheFirstUpdate) {
     ASSERT_EQ(map.size(), 10u);
     ASSERT_EQ(slam.initial_landmarks().size(), 10u);
     for (std::size_t i = 0; i < map.size(); ++i) {
-      const MapLandmark& begun = slam.initial_landmarks()[i];
-      ASSERT_EQ(begun.id, map[i].id);
+      const MapLandmark& initialised = slam.initial_landmarks()[i];
+      ASSERT_EQ(initialised.id, map[i].id);
       const auto expected = triangulate(stereo_rig(), first.observations[i].pixels);
       ASSERT_TRUE(expected);
       const Eigen::Vector3d p = stereo_rig().cam0_T_imu.inverse() * expected->p_cam0;
-      EXPECT_LT((begun.p_world - p).norm(), 1e-9) << at_once;
-      EXPECT_LT((map[i].p_world - point(begun.id)).norm(), (p - point(begun.id)).norm());
-      EXPECT_LT(map[i].covariance.trace(), begun.covariance.trace());
+      EXPECT_LT((initialised.p_world - p).norm(), 1e-9) << at_once;
+      EXPECT_LT((map[i].p_world - point(initialised.id)).norm(),
+                (p - point(initialised.id)).norm());
+      EXPECT_LT(map[i].covariance.trace(), initialised.covariance.trace());
     }
   }
 }
 
-TEST(VelocitySlam, AGrossObservationIsRefusedAndChangesNothing) {
+TEST(VelocitySlam, AGrossObservationIsRejectedAndChangesNothing) {
   VelocitySlam clean = make();
   VelocitySlam dirty = make();
   for (int i = 0; i < 20; ++i) {
@@ -189,8 +190,8 @@ TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
       settings.mode = mode;
       settings.gate = settings.loose_gate = 1;
       VelocitySlamNoise noise_of_run = noise();
-      noise_of_run.begin = {.u = stated, .v = stated, .disparity = stated};
-      noise_of_run.update = noise_of_run.begin;
+      noise_of_run.initialisation = {.u = stated, .v = stated, .disparity = stated};
+      noise_of_run.update = noise_of_run.initialisation;
       VelocitySlam slam(settings, stereo_rig(), noise_of_run);
       Estimate estimate;
       for (int i = 0; i < 20; ++i) {
@@ -205,7 +206,7 @@ TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
       }
       EXPECT_EQ(estimate.used, 30);
       EXPECT_EQ(estimate.health, stated == 2 ? Health::kOk : Health::kDegraded);
-      EXPECT_EQ(estimate.doubt, stated == 2 ? Doubt::kNone : Doubt::kInnovations);
+      EXPECT_EQ(estimate.degradation, stated == 2 ? Degradation::kNone : Degradation::kInnovations);
     }
   }
 }
@@ -341,7 +342,7 @@ VelocitySlamNoise level_noise() {
 
 // A car whose IMU is pitched by 0.05 rad, on a level road. Its velocities have no vertical
 // component; its camera observes that the IMU's x axis differs from the direction of motion.
-TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
+TEST(VelocitySlam, LevelVelocitiesShowHowTheImuIsMounted) {
   VelocitySlam slam(VelocitySlamSettings{}, stereo_rig(), level_noise());
   const Eigen::Matrix3d nav_R_imu = so3::exp(Eigen::Vector3d(0, -0.05, 0));
   Estimate e;

@@ -98,7 +98,7 @@ class KeptPast {
   /// Ekf::revive: the past landmarks are the last rows of a state with n rows so far.
   void check_can_return(std::span<const int> numbers) const;
   Carried revive(const std::vector<int>& numbers, Eigen::Index n);
-  void forget(int number) { left_.forget(number); }
+  void marginalise(int number) { left_.marginalise(number); }
 
   /// Ekf::add_past, with a state of n rows.
   int add_past(PriorMap prior, Eigen::Index n);

@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Map = KeptPast::Map;
 
-constexpr Index kCore = 9;
+constexpr Index kPastCore = 9;
 constexpr double kJointTolerance = 1e-9;
 
 // Errors of the state, then those of what has left.
@@ -70,8 +70,9 @@ MatrixXd identity_with(Index n, Index row, Index column, const MatrixXd& block) 
 // A KeptPast and its reference make the same steps.
 class LinearSteps {
  public:
-  LinearSteps() : joint_(test::random_covariance(random_, kCore, 0.3)), kept_(joint_.P, options()) {
-    x_.additive.setZero(kCore - 6);
+  LinearSteps()
+      : joint_(test::random_covariance(random_, kPastCore, 0.3)), kept_(joint_.P, options()) {
+    x_.additive.setZero(kPastCore - 6);
   }
 
   static KeptPast::Options options() {
@@ -97,11 +98,11 @@ class LinearSteps {
   }
 
   void propagate() {
-    const MatrixXd F = MatrixXd::Identity(kCore, kCore) + random(kCore, kCore);
-    const MatrixXd Q = test::random_covariance(random_, kCore, 0.1);
+    const MatrixXd F = MatrixXd::Identity(kPastCore, kPastCore) + random(kPastCore, kPastCore);
+    const MatrixXd Q = test::random_covariance(random_, kPastCore, 0.1);
     kept_.propagate(F, Q, joint_.state());
     joint_.transform(identity_with(joint_.n, 0, 0, F));
-    joint_.P.topLeftCorner(kCore, kCore) += Q;
+    joint_.P.topLeftCorner(kPastCore, kPastCore) += Q;
   }
 
   // A clone, a landmark of it and of the pose, and a function of all errors.
@@ -191,9 +192,9 @@ class LinearSteps {
   void leave() {
     const Index n = joint_.n;
     const Covariance state = joint_.state();
-    const MatrixXd d_core = random(6, kCore);
+    const MatrixXd d_core = random(6, kPastCore);
     MatrixXd D = MatrixXd::Zero(6, n);
-    D.leftCols(kCore) = d_core;
+    D.leftCols(kPastCore) = d_core;
     first_rows_.push_back(joint_.left());
     kept_.remember_pose(Time(number_++), {}, d_core, state);
     joint_.leave(D);
@@ -207,10 +208,10 @@ class LinearSteps {
     D.middleCols<3>(landmark.row).setIdentity();
     joint_.leave(D);
 
-    std::vector<int> rows(kCore);
+    std::vector<int> rows(kPastCore);
     std::iota(rows.begin(), rows.end(), 0);
     kept_.keep_rows(rows);
-    joint_.transform(MatrixXd::Identity(n, n).topRows(kCore));
+    joint_.transform(MatrixXd::Identity(n, n).topRows(kPastCore));
   }
 
   test::Random random_{3};

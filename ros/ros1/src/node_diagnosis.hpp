@@ -1,0 +1,19 @@
+#pragma once
+
+#include <chasles/robot/robot_slam.hpp>
+
+#include "outgoing.hpp"
+
+namespace chasles::ros1 {
+
+/// What the node itself counts.
+struct NodeCounts {
+  int undecodable = 0;  ///< images
+  int unset = 0;        ///< messages whose header.stamp is 0
+};
+
+/// diagnose() with what the node itself counts.
+OutDiagnosis diagnosis_of(const RobotReport& now, const RobotReport& before,
+                          const NodeCounts& counts, const NodeCounts& counts_before);
+
+}  // namespace chasles::ros1

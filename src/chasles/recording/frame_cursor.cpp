@@ -1,0 +1,22 @@
+#include <fmt/format.h>
+
+#include <chasles/base/error.hpp>
+#include <chasles/recording/frame_cursor.hpp>
+
+namespace chasles {
+
+FeatureFrame* FrameCursor::find(Time time) {
+  while (frame_ != end_ && frame_->time < time) ++frame_;
+  return frame_ != end_ && frame_->time == time ? &*frame_ : nullptr;
+}
+
+FeatureFrame& FrameCursor::frame_of(const CsvReader& row) {
+  const Time time = row.time(0);
+  if (FeatureFrame* frame = find(time)) return *frame;
+  throw InputError(fmt::format(
+      "{}: {} is no frame of frames.csv at or after that of the row before, expected rows in "
+      "order of time, each of a frame",
+      row.where(0), time.count()));
+}
+
+}  // namespace chasles

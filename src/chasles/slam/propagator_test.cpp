@@ -1,0 +1,114 @@
+#include <chasles/base/error.hpp>
+#include <chasles/slam/propagator.hpp>
+#include <chasles/slam/step_testing.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+constexpr double kVelocitySigma = 0.3;
+const ImuNoise kImuNoise{.accelerometer_noise_density = 0.02, .gyroscope_noise_density = 0};
+
+// At the origin, level, with a known attitude and known biases.
+SlamContext level_context() {
+  State x;
+  x.v_world = Vector3d(1, 2, 0);
+  x.additive = Eigen::VectorXd::Zero(6);
+  MatrixXd P = MatrixXd::Zero(15, 15);
+  P.block<3, 3>(6, 6) = kVelocitySigma * kVelocitySigma * Matrix3d::Identity();
+  return {.settings = {},
+          .cameras = {},
+          .filter = Ekf(kStandardChart, x, P, {.map = Ekf::Map::kFrozen})};
+}
+
+// A constant acceleration along x, 100 samples a second.
+Propagator accelerating(const SlamContext& x, double acceleration, double seconds) {
+  Propagator propagator(x.settings, kImuNoise, {});
+  for (int i = 0; i <= 100 * seconds; ++i) {
+    propagator.add(ImuSample{.time = from_seconds(0.01 * i),
+                             .specific_force_imu = {acceleration, 1e-3 * (i % 2), kStandardGravity},
+                             .angular_rate_imu = {1e-6 * (i % 3), 0, 0}});
+  }
+  return propagator;
+}
+
+// p = v t + a t^2 / 2; var p = var v t^2 + q t^3 / 3, cov(p, v) = var v t + q t^2 / 2.
+TEST(Propagator, AConstantAccelerationHasItsClosedForm) {
+  SlamContext x = level_context();
+  Propagator propagator = accelerating(x, 0.5, 2);
+  propagator.propagate(x, from_seconds(2));
+  EXPECT_EQ(x.now, from_seconds(2));
+  EXPECT_NEAR(x.state().world_T_imu.p.x(), 1 * 2 + 0.5 * 4 / 2, 1e-4);
+  EXPECT_NEAR(x.state().v_world->x(), 1 + 0.5 * 2, 1e-4);
+  const double variance = kVelocitySigma * kVelocitySigma, q = 0.02 * 0.02;
+  const MatrixXd P = x.filter.covariance();
+  EXPECT_NEAR(P(3, 3), variance * 4 + q * 8 / 3, 1e-6);
+  EXPECT_NEAR(P(3, 6), variance * 2 + q * 4 / 2, 1e-6);
+  EXPECT_NEAR(P(6, 6), variance + q * 2, 1e-6);
+  const NavState now = propagator.motion(x);
+  EXPECT_NEAR(now.covariance(3, 3), P(3, 3), 1e-12);
+}
+
+TEST(Propagator, ItsStepsAddUp) {
+  SlamContext at_once = level_context(), in_steps = level_context();
+  Propagator a = accelerating(at_once, 0.5, 1), b = accelerating(in_steps, 0.5, 1);
+  a.propagate(at_once, from_seconds(1));
+  for (int i = 1; i <= 7; ++i) b.propagate(in_steps, from_seconds(i / 7.0));
+  EXPECT_LT(test::distance(at_once.state(), in_steps.state()), 1e-9);
+  EXPECT_LT(test::covariance_difference(in_steps.filter.covariance(), at_once.filter.covariance()),
+            1e-6);
+}
+
+// The position at 0.5 s, known to a centimetre.
+TEST(Propagator, AMeasurementAppliesAtItsOwnTime) {
+  const auto model = [](const State& x) {
+    Measurement z;
+    z.core_column = 3;
+    z.residual = Vector3d(1, 1, 0) - x.world_T_imu.p;
+    z.d_core = Matrix3d::Identity();
+    z.noise = 1e-4 * Matrix3d::Identity();
+    return z;
+  };
+  SlamContext x = level_context();
+  Propagator propagator = accelerating(x, 0, 1);
+  propagator.add({.time = from_seconds(0.5), .model = model});
+  propagator.add({.time = from_seconds(-0.1), .model = model});
+  propagator.add({.time = from_seconds(1.5), .model = model});
+  propagator.propagate(x, from_seconds(1));
+  EXPECT_EQ(propagator.timed_counts().used, 1);
+  EXPECT_EQ(propagator.timed_counts().late, 1);
+  EXPECT_EQ(propagator.timed_waiting(), 1);
+
+  SlamContext by_hand = level_context();
+  Propagator other = accelerating(by_hand, 0, 1);
+  other.propagate(by_hand, from_seconds(0.5));
+  const Measurement z = model(by_hand.state());
+  by_hand.filter.update({&z, 1});
+  other.propagate(by_hand, from_seconds(1));
+  EXPECT_LT(test::distance(x.state(), by_hand.state()), 1e-12);
+  EXPECT_GT(test::distance(x.state(), level_context().state()), 0.5);
+}
+
+TEST(Propagator, NeedsSamplesAndATimeThatRises) {
+  SlamContext x = level_context();
+  Propagator without(x.settings, kImuNoise, {});
+  EXPECT_THROW(without.propagate(x, from_seconds(0.1)), InputError);
+  Propagator propagator = accelerating(x, 0, 1);
+  propagator.propagate(x, from_seconds(0.5));
+  EXPECT_THROW(propagator.propagate(x, from_seconds(0.4)), InputError);
+}
+
+TEST(Propagator, CoversWhatTheSamplesReachOnTheirClock) {
+  SlamContext x = level_context();
+  Propagator propagator = accelerating(x, 0, 1);
+  EXPECT_TRUE(propagator.covers(x, from_seconds(1.01))) << "without an offset a frame never waits";
+  x.settings.time_offset = 0.02;
+  EXPECT_FALSE(propagator.covers(x, from_seconds(0.99)));
+  EXPECT_TRUE(propagator.covers(x, from_seconds(0.97)));
+}
+
+}  // namespace
+}  // namespace chasles
