@@ -83,7 +83,7 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"codec", {"run_folder"}},
                           {"recording", {"run_folder"}},
                           {"session", {"sim"}},
-                          {"robot", {"sim"}}});
+                          {"robot", {"sim"}}}));
 }
 
 TEST(Arrows, NoArrowLeadsBack) {
