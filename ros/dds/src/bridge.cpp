@@ -89,7 +89,7 @@ class Loop {
 
   void diagnose() {
     const RobotReport report = slam_.report();
-    RobotDiagnosis diagnosis = diagnose(report, before_);
+    RobotDiagnosis diagnosis = chasles::diagnose(report, before_);
     before_ = report;
     inputs_.describe(diagnosis);
     outputs_.send(diagnosis);

@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-using Events = std::function<std::optional<SensorEvent>()>;
+using NextEvent = std::function<std::optional<SensorEvent>()>;
 constexpr Time kBegin = std::chrono::seconds(1000);
 constexpr Time kPlaybackSpacing = std::chrono::milliseconds(50);
 constexpr Time kHour = std::chrono::hours(1);
@@ -33,7 +33,7 @@ class HandClock {
 };
 
 /// `frames` frames, kPlaybackSpacing apart, each after a sample of the same time.
-Events sensors(int frames) {
+NextEvent sensors(int frames) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     if (i >= 2 * frames) return std::nullopt;
     const Time time = kBegin + (i / 2) * kPlaybackSpacing;
@@ -189,7 +189,7 @@ Camera small_camera() {
 }
 
 // A grey image has no points; other tests cover tracking.
-Events images(int count) {
+NextEvent images(int count) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     if (i >= count) return std::nullopt;
     const GrayImage grey{

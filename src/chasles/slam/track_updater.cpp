@@ -148,9 +148,9 @@ bool TrackUpdater::is_somewhere(const SlamContext& x) const {
 
 // Adds the projected residual of the views to those of this frame, if it passes the gate.
 bool TrackUpdater::take_projected(const SlamContext& x) {
-  const double square = x.filter.joint_normalised_square(start_.rest);
+  const double square = x.filter.joint_normalised_square(start_.null_space);
   if (!(square < x.gate_square(start_.null_space_rows))) return false;
-  for (const Measurement& z : start_.rest) projected_.append() = z;
+  for (const Measurement& z : start_.null_space) projected_.append() = z;
   return true;
 }
 
