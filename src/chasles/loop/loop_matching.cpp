@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
 // Landmarks that are compared at a time, and observations for each of them.
-constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
+constexpr std::size_t kMostLandmarks = 25, kMostSimilar = 3;
 // How far from its expected place a landmark may look similar, as a part of the image's width. What
 // is possible is decided with its covariance, later.
 constexpr double kFarthestSimilar = 0.3;
@@ -117,7 +117,7 @@ std::vector<LoopCandidate> similar_landmarks(std::span<const Camera> cameras, co
     }
     if (candidate.like.empty()) continue;
     std::ranges::sort(candidate.like);
-    if (candidate.like.size() > kMostEach) candidate.like.resize(kMostEach);
+    if (candidate.like.size() > kMostSimilar) candidate.like.resize(kMostSimilar);
     candidates.push_back(std::move(candidate));
   }
   std::ranges::stable_sort(candidates, {},
