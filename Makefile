@@ -3,88 +3,94 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test wheel python package ros1 dds bench table study convergence honesty docs \
+.PHONY: help deps dev-deps build demo test check wheel python package ros1 dds bench table study convergence recordings-consistency docs \
   prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
 	@sed -n 's/^\([a-z0-9-]*\):[^#]*## /  make \1\t/p' Makefile | expand -t 18
 
-deps:     ## installs the Debian or Ubuntu packages that are missing, and web/node_modules
-	@scripts/deps build test
+deps:     ## installs the Debian or Ubuntu packages that are missing, and src/web/node_modules
+	@tools/deps build test
 
 dev-deps: ## the same, and what format, lint, coverage, fuzz and table need
-	@scripts/deps build test dev
+	@tools/deps build test dev
 
 build: deps  ## build/release/bin/chasles, the program alone
 	cmake --preset release
 	cmake --build --preset program
 
 demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
-	@scripts/deps demo
+	@tools/deps demo
 	cmake --preset demo
 	cmake --build --preset demo
-	@scripts/demo
+	@tools/demo
 
 test: deps  ## builds everything; all tests, on the real recordings too where they are at hand
 	cmake --workflow --preset release
 
+check:    ## the formatting, the prose, and the quick tests of what is built; before a commit
+	@tools/format --check
+	@tools/prose
+	cmake --build --preset release
+	ctest --preset release --label-regex '^quick$$'
+
 wheel: build  ## the Python package, from the objects of `make build`: out/chasles-*.whl for pip install
-	@scripts/deps wheel
-	@scripts/wheel
+	@tools/deps wheel
+	@tools/wheel
 
 python: wheel  ## the same, and its tests; build/release/python for PYTHONPATH
-	@scripts/deps python
+	@tools/deps python
 	ctest --preset release --tests-regex '^Python$$'
 
 package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages
-	@scripts/deps build package
-	@scripts/package
+	@tools/deps build package
+	@tools/package
 
 ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share for ROS_PACKAGE_PATH
-	@scripts/deps build test ros1
+	@tools/deps build test ros1
 	cmake --preset release -DCHASLES_ROS1=ON
 	cmake --build --preset program --target chasles chasles_ros chasles_ros1_test chasles_ros1_messages_test
 	ctest --preset release --tests-regex '^Ros1'
 
 dds:      ## the bridge to ROS 2 over DDS and its tests: build/release/bin/chasles_dds
-	@scripts/deps build test dds
-	@scripts/ros2-venv
+	@tools/deps build test dds
+	@tools/ros2-venv
 	cmake --preset release -DCHASLES_DDS=ON
 	cmake --build --preset program --target chasles chasles_dds dds_player dds_wire dds_test
 	ctest --preset release --tests-regex '^(Dds|Ros2)'
 
 bench:    ## ratios of cost, measured in one run
-	@scripts/deps build test bench
+	@tools/deps build test bench
 	cmake --preset release -DCHASLES_BENCH=ON
 	cmake --build --preset release
 	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
 
-table: build  ## runs all real recordings: fills README.md and docs/results.md
-	@scripts/table
+table: build  ## runs all real recordings: fills docs/results.md and studies/results.md
+	@python3 -m studies.table
 
-study: build  ## 100 simulated runs of each inertial scene: fills docs/consistency.md
-	@scripts/study
+study: build  ## 100 simulated runs of each inertial scene: fills studies/consistency.md
+	@python3 -m studies.study
 
-convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
-	@scripts/convergence
+convergence: build  ## the error charts in batch estimation: fills studies/convergence.md
+	@python3 -m studies.convergence
 
-honesty: build  ## errors against sigmas on all recordings: out/honesty/table.md
-	@scripts/honesty $(ARGS)
+recordings-consistency: build  ## errors against sigmas on all recordings: out/recordings-consistency/table.md
+	@python3 -m studies.recordings_consistency $(ARGS)
 
 docs:     ## the documentation site: out/docs/index.html
-	@scripts/deps docs
-	@scripts/docs
+	@tools/deps docs
+	@tools/docs
 
 prose:    ## checks the prose of all pages: sentences, lines, the passive, the glossary's words
-	@scripts/deps prose
-	@scripts/prose
+	@tools/deps prose
+	@tools/prose
 
 format:   ## clang-format over all sources
-	@scripts/format
+	@tools/format
 
 lint:     ## clang-tidy over all sources, or over FILES="..."
-	@scripts/lint $(FILES)
+	@tools/lint $(FILES)
 
 coverage: deps  ## which lines the tests reach: build/coverage/coverage.html
 	cmake --workflow --preset coverage
@@ -99,7 +105,7 @@ asan: deps  ## all tests under the address and undefined-behaviour sanitizers
 fuzz:     ## libFuzzer on each reader for SECONDS_EACH (60)
 	cmake --preset fuzz
 	cmake --build --preset fuzz
-	@scripts/fuzz
+	@tools/fuzz
 
 clean:    ## removes build/ and out/
 	rm -rf build out

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-// The allowed dependencies between the folders (CONTRIBUTING.md). They are listed here and in
+// The allowed dependencies between the folders (docs/CONTRIBUTING.md). They are listed here and in
 // src/chasles/CMakeLists.txt, so that a new one needs two deliberate changes.
 namespace chasles::test {
 namespace {

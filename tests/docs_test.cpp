@@ -25,7 +25,7 @@ std::string slurp(const fs::path& file) {
 
 std::vector<fs::path> pages() {
   std::vector<fs::path> pages;
-  for (const fs::path& folder : {kRoot, kRoot / "docs"}) {
+  for (const fs::path& folder : {kRoot, kRoot / "docs", kRoot / "studies"}) {
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (entry.path().extension() == ".md") pages.push_back(entry.path());
     }
@@ -82,7 +82,7 @@ TEST(Docs, EveryMakeCommandIsATarget) {
   static const std::regex target(R"((?:^|\n)([a-z0-9-]+):)");
   const auto targets = all_matches(slurp(kRoot / "Makefile"), target);
   ASSERT_TRUE(targets.contains("demo"));
-  for (const char* page : {"README.md", "CONTRIBUTING.md"}) {
+  for (const char* page : {"README.md", "docs/CONTRIBUTING.md"}) {
     // Only code: `make test`, or a line of a code block.
     static const std::regex code(R"((?:`|\n)(make [a-z0-9-]+))");
     for (const std::string& line : all_matches(slurp(kRoot / page), code)) {
@@ -93,18 +93,18 @@ TEST(Docs, EveryMakeCommandIsATarget) {
   }
 }
 
-TEST(Docs, TheExamplesOfTheReadmeAreThoseThatAreTested) {
-  const std::string readme = slurp(kRoot / "README.md");
+TEST(Docs, TheExamplesOfFirstStepsAreThoseThatAreTested) {
+  const std::string page = slurp(kRoot / "docs" / "start.md");
   const std::string opening = "```cpp\n";
   for (const char* program : {"velocity.cpp", "run.cpp"}) {
     const std::string tested = slurp(kRoot / "tests" / "consumer" / program);
     bool shown = false;
-    for (auto at = readme.find(opening); at != std::string::npos; at = readme.find(opening, at)) {
+    for (auto at = page.find(opening); at != std::string::npos; at = page.find(opening, at)) {
       at += opening.size();
-      const std::string example = readme.substr(at, readme.find("```", at) - at);
+      const std::string example = page.substr(at, page.find("```", at) - at);
       shown = shown || (example.size() > 200 && tested.find(example) != std::string::npos);
     }
-    EXPECT_TRUE(shown) << "README.md shows nothing of tests/consumer/" << program;
+    EXPECT_TRUE(shown) << "docs/start.md shows nothing of tests/consumer/" << program;
   }
 }
 

@@ -1,4 +1,4 @@
-// Preloaded into the program by scripts/crashes (LD_PRELOAD). It counts the operations that change
+// Preloaded into the program by tests/crashes.py (LD_PRELOAD). It counts the operations that change
 // files below $FAULT_ROOT, and
 // - $FAULT_LOG=FILE: writes all of them there, for the simulation of a power cut;
 // - $FAULT_KILL=N: kills the process at the N-th, a write in its middle;

@@ -33,7 +33,7 @@ double figure(const Trial& trial, const Recording& recording, const std::string&
   return 0;
 }
 
-// Same settings as configs/euroc.yaml.
+// Same settings as studies/configs/euroc.yaml.
 FilterVariant euroc(const std::string& chart) {
   FilterVariant filter{.name = chart, .settings = {}};
   auto& s = filter.settings;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The files of packaging/ and the pages of the program: what holds without making packages.
+"""The files of tools/packaging/ and the pages of the program: what holds without making packages.
 Arguments: the source folder, a built page."""
 import json
 import pathlib
@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 SOURCE, PAGE = map(pathlib.Path, sys.argv[1:3])
-sys.path.insert(0, str(SOURCE / "packaging"))
+sys.path.insert(0, str(SOURCE / "tools/packaging"))
 import components  # noqa: E402
 
 
@@ -24,10 +24,10 @@ class Packaging(unittest.TestCase):
             self.assertIn(word, page)
 
     def test_the_pages_import_dependencies_alone(self):
-        """What web/src imports is in the pages: components.py takes it from `dependencies`."""
-        dependencies = json.loads((SOURCE / "web/package.json").read_text())["dependencies"]
+        """What src/web/src imports is in the pages: components.py takes it from `dependencies`."""
+        dependencies = json.loads((SOURCE / "src/web/package.json").read_text())["dependencies"]
         imported = set()
-        for file in (SOURCE / "web/src").glob("*.ts"):
+        for file in (SOURCE / "src/web/src").glob("*.ts"):
             imported |= set(re.findall(r"from '([^.'][^'/]*)", file.read_text(encoding="utf-8")))
         self.assertEqual(imported, set(dependencies))
 
@@ -51,7 +51,7 @@ class Packaging(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             tarball = pathlib.Path(folder) / "chasles-1.2.3.tar.gz"
             tarball.write_bytes(b"abc")
-            command = [sys.executable, SOURCE / "packaging/recipes.py"]
+            command = [sys.executable, SOURCE / "tools/packaging/recipes.py"]
             subprocess.run([*command, tarball, folder], check=True)
             recipe = (pathlib.Path(folder) / "conda/recipe.yaml").read_text()
             port = (pathlib.Path(folder) / "vcpkg/chasles/portfile.cmake").read_text()
@@ -69,7 +69,7 @@ class Packaging(unittest.TestCase):
             ours, theirs = pathlib.Path(folder) / "a", pathlib.Path(folder) / "b"
             ours.write_text("x 1 2\ny 3\n")
             theirs.write_text("x 1 2.0000002\ny 3\n")
-            command = [sys.executable, SOURCE / "packaging/arm64/compare.py", ours, theirs]
+            command = [sys.executable, SOURCE / "tools/packaging/arm64/compare.py", ours, theirs]
             self.assertEqual(subprocess.run([*command, "2e-7"], capture_output=True).returncode, 0)
             self.assertEqual(subprocess.run([*command, "0.5e-7"], capture_output=True).returncode, 1)
             theirs.write_text("x 1 nan\ny 3\n")

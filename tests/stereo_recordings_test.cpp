@@ -1,5 +1,5 @@
 // Stereo matching on EuRoC's V1_01. The reference for each corner comes from a third image, some
-// tenths of a second later, and the true motion. docs/frontend.md has the figures.
+// tenths of a second later, and the true motion. studies/frontend.md has the figures.
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 """The functions of the package that take settings as arguments. Their types, with all settings by name, are in
-_calls.pyi, which scripts/python-types writes."""
+_calls.pyi, which tools/python-types writes."""
 
 import json
 import os

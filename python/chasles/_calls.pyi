@@ -1,4 +1,4 @@
-"""Types of _calls.py, with all settings. Written by scripts/python-types: do not edit."""
+"""Types of _calls.py, with all settings. Written by tools/python-types: do not edit."""
 
 from typing import Literal, Mapping, Optional, Union
 

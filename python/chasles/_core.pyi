@@ -1,4 +1,4 @@
-"""Types of the compiled part of chasles. scripts/python-types adds the docstrings and the settings (
+"""Types of the compiled part of chasles. tools/python-types adds the docstrings and the settings (
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,

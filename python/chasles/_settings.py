@@ -1,4 +1,4 @@
-"""The settings as types, for the keys of dictionaries. Written by scripts/python-types: do not edit."""
+"""The settings as types, for the keys of dictionaries. Written by tools/python-types: do not edit."""
 
 from __future__ import annotations
 

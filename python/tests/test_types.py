@@ -137,7 +137,7 @@ def test_the_stub_has_docstrings():
 
 
 def test_the_types_are_those_of_the_settings():
-    """Of this module: scripts/python-types writes them anew."""
+    """Of this module: tools/python-types writes them anew."""
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
     done = subprocess.run([sys.executable, ROOT / "python/types/write.py", "--check"], capture_output=True, text=True,
                           timeout=60, env=environment)

@@ -1,4 +1,4 @@
-"""Types of the compiled part of chasles. scripts/python-types adds the docstrings and the settings (SETTINGS)."""
+"""Types of the compiled part of chasles. tools/python-types adds the docstrings and the settings (SETTINGS)."""
 
 import os
 from typing import Any, Callable, Literal, Mapping, Optional, Sequence, Tuple, Union

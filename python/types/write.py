@@ -1,4 +1,4 @@
-"""write.py [--check]: see scripts/python-types."""
+"""write.py [--check]: see tools/python-types."""
 
 import ast
 import inspect
@@ -30,7 +30,7 @@ def core_without_settings():
                 module = importlib.util.module_from_spec(spec)
                 spec.loader.exec_module(module)
                 return module
-    raise SystemExit(f"scripts/python-types: no chasles/_core in {os.environ['PYTHONPATH']}; `make wheel` builds it")
+    raise SystemExit(f"tools/python-types: no chasles/_core in {os.environ['PYTHONPATH']}; `make wheel` builds it")
 
 
 def merged(*kinds):
@@ -87,7 +87,7 @@ def settings_module(core):
     imu, velocity = core.settings("imu"), core.settings("velocity")
     groups, plain = grouped(merged(imu, velocity))
     names = group_types(groups)
-    text = ('"""The settings as types, for the keys of dictionaries. Written by scripts/python-types: do not edit."""\n\n'
+    text = ('"""The settings as types, for the keys of dictionaries. Written by tools/python-types: do not edit."""\n\n'
             "from __future__ import annotations\n\nimport os\n"
             "from typing import Literal, Optional, TypedDict, Union\n\n"
             '_Path = Union[str, "os.PathLike[str]"]\n')
@@ -150,7 +150,7 @@ def calls_stub(core):
     scene = merged(core.settings("scene"), core.settings("street"))
     groups, _ = grouped(merged(core.settings("imu"), core.settings("velocity")))
     first_of_run = lines_of(f"{name}: {kind} = ..." for name, kind in OF_RUN.items()).replace("\n", "\n        ") + ","
-    text = ('"""Types of _calls.py, with all settings. Written by scripts/python-types: do not edit."""\n\n'
+    text = ('"""Types of _calls.py, with all settings. Written by tools/python-types: do not edit."""\n\n'
             "from typing import Literal, Mapping, Optional, Union\n\nfrom ._core import Path as _Path, Recording\n"
             "from ._run import Run\nfrom ._settings import (\n    FilterArguments,\n    RunArguments,\n"
             + "".join(f"    {name},\n" for name in sorted(group_types(groups).values()))
@@ -200,8 +200,8 @@ def core_stub(core):
     imports = ", ".join(sorted(names.values()))
     source = source.replace("from numpy.typing import ArrayLike, NDArray\n",
                             f"from numpy.typing import ArrayLike, NDArray\n\nfrom ._settings import {imports}\n")
-    source = source.replace(" scripts/python-types adds the docstrings and the settings (SETTINGS).",
-                            " Written by scripts/python-types from python/types/core.pyi: do not edit.")
+    source = source.replace(" tools/python-types adds the docstrings and the settings (SETTINGS).",
+                            " Written by tools/python-types from python/types/core.pyi: do not edit.")
     lines = [line.rstrip() for line in source.split("\n")]
     tree = ast.parse("\n".join(lines))
     wanted = []
@@ -239,7 +239,7 @@ def main(check):
             if not check:
                 file.write_text(text, encoding="utf-8")
     if check and stale:
-        raise SystemExit(f"{', '.join(stale)}: not those of the module; run scripts/python-types")
+        raise SystemExit(f"{', '.join(stale)}: not those of the module; run tools/python-types")
     print("written:" if stale else "up to date", *stale)
 
 

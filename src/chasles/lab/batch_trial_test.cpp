@@ -76,7 +76,7 @@ TEST(BatchTrialCharts, EndInTheSameMinimum) {
 }
 
 // During the search, points pass close in front of the cameras. This search ends elsewhere if they
-// may come as near as at the solution. docs/convergence.md has the rate of success of such
+// may come as near as at the solution. studies/convergence.md has the rate of success of such
 // searches.
 TEST(BatchTrial, FindsItsWayBackFromAFifthOff) {
   InertialScene scene = test::short_hallway();

@@ -29,7 +29,7 @@ LiveStart start_of(const ReportRun& drive) {
           .frames = drive.run.states.size()};
 }
 
-/// A viewer that combines the pieces, as web/src/live_rows.ts does.
+/// A viewer that combines the pieces, as src/web/src/live_rows.ts does.
 struct Viewer {
   LiveCursor cursor = {};
   std::map<std::string, std::vector<double>> states = {}, errors = {};

@@ -32,7 +32,7 @@ std::filesystem::path flight_folder() {
   return data / "euroc" / "MH_01_easy_17s";
 }
 
-// CHASLES_FAULTS=all: the whole recording with one camera and with two, as in docs/robustness.md.
+// CHASLES_FAULTS=all: the whole recording with one camera and with two: studies/robustness.md.
 bool whole_study() {
   const char* wanted = std::getenv("CHASLES_FAULTS");
   return wanted != nullptr && std::string(wanted) == "all";

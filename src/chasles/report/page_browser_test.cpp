@@ -14,7 +14,7 @@ namespace {
 
 using test::synthetic_drive;
 
-/// Opens the page in headless Chromium and uses it (a script in web/tests, with its choice of
+/// Opens the page in headless Chromium and uses it (a script in src/web/tests, with its choice of
 /// steps). With CHASLES_PAGES set the pages and their pictures stay in that folder.
 void expect_page_works(const std::string& text, const std::string& name, const std::string& script,
                        const std::string& steps = "") {
@@ -111,7 +111,7 @@ TEST(PageInABrowser, WithoutATruthRunsAreShownOverTheirPlan) {
   expect_works_in_a_browser(runs, "plan-alone", "run_page.mjs", "axes overview otherRuns");
 }
 
-// The page that web/tests/frame_rate.mjs measures (CONTRIBUTING.md).
+// The page that src/web/tests/frame_rate.mjs measures (docs/CONTRIBUTING.md).
 TEST(PageInABrowser, ALongRunIsDrawnCoarselyInMotionAndInFullAtRest) {
   expect_works_in_a_browser({synthetic_drive({.states = 100'000, .landmarks = 20'000})}, "long",
                             "long_page.mjs");

@@ -9,7 +9,7 @@
 
 namespace chasles {
 
-/// What web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
+/// What src/web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
 /// origin, states, landmarks, map (map_data.hpp), …, images (page_images.hpp)}]}. `level`: the z
 /// axis of the run's world is vertical (is_level()). Numbers are columns (encode.hpp). Positions
 /// are relative to the run's origin, so that single precision is accurate to a millimetre some

@@ -4,14 +4,14 @@
 
 namespace chasles {
 
-/// web/page.html with its style sheets and scripts, as Vite builds it (cmake/EmbedPage.cmake). The
+/// src/web/page.html with its style sheets and scripts, as Vite builds it (tools/cmake/EmbedPage.cmake). The
 /// JSON of the runs replaces `@PAGE_DATA@`.
 extern const std::string_view page_template;
 
-/// web/study.html in the same form, for studies.
+/// src/web/study.html in the same form, for studies.
 extern const std::string_view study_template;
 
-/// web/map.html in the same form, for saved maps.
+/// src/web/map.html in the same form, for saved maps.
 extern const std::string_view map_template;
 
 }  // namespace chasles

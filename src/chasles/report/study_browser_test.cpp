@@ -16,7 +16,7 @@ namespace {
 
 using test::synthetic_study;
 
-/// Opens the page in headless Chromium and uses it (web/tests/study_page.mjs). With
+/// Opens the page in headless Chromium and uses it (src/web/tests/study_page.mjs). With
 /// CHASLES_PAGES set the pages and their pictures stay in that folder.
 void expect_works_in_a_browser(const std::vector<Study>& studies, const std::string& name) {
   const char* kept = std::getenv("CHASLES_PAGES");

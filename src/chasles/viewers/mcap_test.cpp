@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 using test::synthetic_drive;
 
-// The content that Foxglove's own libraries find in the file (web/tests/read_mcap.mjs). They fail
+// The content that Foxglove's own libraries find in the file (src/web/tests/read_mcap.mjs). They fail
 // on a wrong check sum, index, schema or message.
 json read_back(const std::string& bytes) {
   const auto folder =

@@ -8,7 +8,7 @@
 #include <chasles/codec/bomb_testing.hpp>
 #include <chasles/recording/readers.hpp>
 
-// The bags are those of scripts/test-bags, by the Python packages rosbags and mcap.
+// The bags are those of tools/test-bags, by the Python packages rosbags and mcap.
 namespace chasles {
 namespace {
 

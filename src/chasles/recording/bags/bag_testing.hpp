@@ -7,7 +7,7 @@
 #include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/recording/image_testing.hpp>
 
-// Messages of ROS 1, and the bags that independent writers made (scripts/test-bags).
+// Messages of ROS 1, and the bags that independent writers made (tools/test-bags).
 namespace chasles::test {
 
 inline constexpr Time kStamp =

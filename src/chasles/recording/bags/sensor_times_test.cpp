@@ -12,7 +12,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using test::expect_parts;
 
-// What the package pyrealsense2 wrote (scripts/test-depth-camera-bag).
+// What the package pyrealsense2 wrote (tools/test-depth-camera-bag).
 TEST(SensorTimes, OfARecordingByTheSdkAreTaken) {
   const BagContents contents = scan_bags({test::written_bag("depth_camera.db3")});
   const Time begin(1403636584763555664);

@@ -97,7 +97,7 @@ int cull(const VelocityBatchInput& input, const std::vector<double>& deviations,
 
 /// Sets batch.loss_width for this noise where it is auto. Measured pixel noise includes errors that
 /// stay along a track. It is 2.5 times the scatter of later observations, so that Huber's 1.345
-/// (1964) becomes 0.5. docs/batch.md, section 7, compares widths.
+/// (1964) becomes 0.5. studies/batch.md compares widths.
 BatchSettings with_loss_width(BatchSettings settings, const VelocitySlamNoise& noise);
 
 /// The rows of a view, the landmark's first or a later one.
