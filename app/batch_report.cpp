@@ -47,7 +47,7 @@ nlohmann::ordered_json window_json(const WindowReport& r) {
           {"observations_gated", r.gated},
           {"dropped_frames", r.dropped_frames},
           {"steps", r.steps},
-          {"steps_refused", r.steps_refused},
+          {"steps_refused", r.steps_rejected},
           {"frames_not_converged", r.frames_not_converged}};
 }
 

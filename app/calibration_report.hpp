@@ -7,8 +7,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/filter/calibration.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
 namespace chasles::app {

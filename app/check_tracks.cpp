@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/masks.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/frontend/frontend.hpp>
 #include <chasles/base/interruption.hpp>
+#include <chasles/frontend/frontend.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
+#include <chasles/recording/masks.hpp>
 
 #include "progress.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/frontend/frontend_settings.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles::app {
 

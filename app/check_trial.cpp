@@ -16,18 +16,18 @@ namespace chasles::app {
 namespace {
 
 constexpr double kLeastShare = 0.5;     // of the frames with an estimate
-constexpr double kMostDoubtful = 0.1;   // of the estimates
+constexpr double kMostDegraded = 0.1;   // of the estimates
 constexpr std::size_t kFewFrames = 40;  // a start may need as many
 constexpr Time kSlack = std::chrono::milliseconds(100);
 
 struct Outcome {
-  std::size_t frames = 0, estimates = 0, doubtful = 0;
+  std::size_t frames = 0, estimates = 0, degraded = 0;
   std::string why;  // there is no start
 
   double share() const { return static_cast<double>(estimates) / static_cast<double>(frames); }
   bool works() const {
     return share() >= kLeastShare &&
-           static_cast<double>(doubtful) <= kMostDoubtful * static_cast<double>(estimates);
+           static_cast<double>(degraded) <= kMostDegraded * static_cast<double>(estimates);
   }
 };
 
@@ -70,7 +70,7 @@ Outcome run_filter(const Recording& part, bool images, InertialRunSettings setti
   EventStream stream(part);
   const auto note = [&](const std::vector<Estimate>& estimates) {
     outcome.estimates += estimates.size();
-    outcome.doubtful += static_cast<std::size_t>(std::ranges::count_if(
+    outcome.degraded += static_cast<std::size_t>(std::ranges::count_if(
         estimates, [](const Estimate& e) { return e.health != Health::kOk; }));
   };
   while (const auto event = stream.next()) {
@@ -91,7 +91,7 @@ struct Suspicion {
 
 std::vector<Suspicion> suspicions() {
   std::vector<Suspicion> list{
-      {"the sign of the accelerometer changed (at rest, with z up, it shows +9.81)",
+      {"the sign of the accelerometer changed (at a standstill, with z up, it shows +9.81)",
        [](ImuSample& s) { s.specific_force_imu *= -1; }},
       {"the gyroscope's numbers taken as deg/s",
        [](ImuSample& s) { s.angular_rate_imu *= kRadians; }},
@@ -140,8 +140,9 @@ Cure cure_of(const Recording& alone, std::size_t cameras, bool images,
 
 std::string what_happens(const Outcome& o) {
   if (o.share() >= kLeastShare) {
-    return fmt::format("the filter doubts {} of its {} estimates in the part that was tracked",
-                       o.doubtful, o.estimates);
+    return fmt::format(
+        "the filter reports {} of its {} estimates as degraded in the part that was tracked",
+        o.degraded, o.estimates);
   }
   return fmt::format("the filter estimates {} of the {} frames of the part that was tracked{}{}",
                      o.estimates, o.frames, o.why.empty() ? "" : ": ", o.why);
@@ -176,13 +177,13 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
                                            cure.change, what_happens(outcome))
                              : what_happens(outcome),
        .value = few ? 100 * outcome.share()
-                    : 100.0 * static_cast<double>(outcome.doubtful) /
+                    : 100.0 * static_cast<double>(outcome.degraded) /
                           static_cast<double>(outcome.estimates),
-       .threshold = 100 * (few ? kLeastShare : kMostDoubtful),
+       .threshold = 100 * (few ? kLeastShare : kMostDegraded),
        .unit = "%",
        .advice = !cure.empty() ? cure.text()
                                : "see the other findings and docs/troubleshooting.md; a start "
-                                 "needs a second of rest, or of motion that accelerates"});
+                                 "needs a second of standstill, or of motion that accelerates"});
 }
 
 }  // namespace chasles::app

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/check/check.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/recording/masks.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 
 #include "diagnosis.hpp"
 #include "inertial_settings_io.hpp"
@@ -19,7 +19,7 @@
 #include "remarks.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 
 namespace chasles::app {
 namespace {
@@ -138,13 +138,13 @@ Recording read_checked(const CheckOptions& o) {
       throw UsageError(
           "--truth-time-offset auto: the recording has no gyroscope, expected seconds");
     }
-    const SettledTruth settled = settle_truth(gyroscope_reference(recording),
-                                              {.attitudes = recording.truth_attitudes,
-                                               .point_imu = recording.truth_point_imu,
-                                               .estimate_offset = true,
-                                               .pairing = recording.pairing},
-                                              recording.truth);
-    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
+    const PreparedTruth prepared_truth = prepare_truth(gyroscope_reference(recording),
+                                                       {.attitudes = recording.truth_attitudes,
+                                                        .point_imu = recording.truth_point_imu,
+                                                        .estimate_offset = true,
+                                                        .pairing = recording.pairing},
+                                                       recording.truth);
+    for (const std::string& remark : prepared_truth.remarks) recording.remarks.push_back(remark);
   }
   return recording;
 }

@@ -8,11 +8,11 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/codec/durable_file.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/report/study.hpp>
 
 #include "compare_material.hpp"
@@ -184,7 +184,7 @@ int compare(const CompareOptions& o) {
   const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
   const std::vector<FilterVariant>& filters = material.filters;
   const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
-  if (!scene) refuse_output_into(o.output, o.scene.name);
+  if (!scene) reject_output_into(o.output, o.scene.name);
   if (!o.output.empty()) {
     const SignalsHeld held;
     end.emplace(prepare_output(o.output));

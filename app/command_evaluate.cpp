@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "print.hpp"
 #include "run_figures.hpp"
@@ -20,7 +20,7 @@
 #include "thresholds.hpp"
 #include "truth_mending.hpp"
 #include "truth_options.hpp"
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 
 namespace chasles::app {
 namespace {
@@ -120,20 +120,20 @@ void take_truth(const EvaluateOptions& o, EvaluatedEstimate& estimate,
   if (run && !estimate.level) check_level_is_auto(o.truth_options);
   // Of a trajectory alone it is not known whether its z axis is vertical.
   const bool vertical = run ? estimate.level : o.truth_options.level == "no";
-  const SettledTruth settled =
-      settle_truth(reference_of(estimate),
-                   {.attitudes = truth.attitudes,
-                    .point_imu = truth.point_imu,
-                    .estimate_offset = is_offset_auto(o.truth_options),
-                    .turn_to_level = !level && vertical,
-                    .pairing = pairing_from(o.truth_options, estimate.pairing)},
-                   truth.poses);
+  const PreparedTruth prepared_truth =
+      prepare_truth(reference_of(estimate),
+                    {.attitudes = truth.attitudes,
+                     .point_imu = truth.point_imu,
+                     .estimate_offset = is_offset_auto(o.truth_options),
+                     .turn_to_level = !level && vertical,
+                     .pairing = pairing_from(o.truth_options, estimate.pairing)},
+                    truth.poses);
   estimate.truth = std::move(truth.poses);
-  estimate.attitudes = settled.attitudes;
-  estimate.findings = settled.findings;
-  if (settled.tilt) estimate.truth_tilt_deg = settled.tilt->degrees;
-  remarks.insert(remarks.end(), settled.remarks.begin(), settled.remarks.end());
-  for (const TruthFinding& finding : settled.findings) remarks.push_back(sentence(finding));
+  estimate.attitudes = prepared_truth.attitudes;
+  estimate.findings = prepared_truth.findings;
+  if (prepared_truth.tilt) estimate.truth_tilt_deg = prepared_truth.tilt->degrees;
+  remarks.insert(remarks.end(), prepared_truth.remarks.begin(), prepared_truth.remarks.end());
+  for (const TruthFinding& finding : prepared_truth.findings) remarks.push_back(sentence(finding));
 }
 
 void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
-#include <chasles/recording/folder_names.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/folder_names.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/ply.hpp>
 #include <chasles/viewers/run_mcap.hpp>
@@ -75,7 +75,7 @@ Action declare_export(CLI::App& parser) {
       ->type_name("FILE");
   parser.add_flag("--points", o->points,
                   "In .ply no lines between the positions of a trajectory: for readers of point "
-                  "clouds that refuse edges, such as meshio");
+                  "clouds that reject edges, such as meshio");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   return [o] { return export_run(*o); };
 }

@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/loop/merge_maps.hpp>
-#include <chasles/base/median.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/report/report.hpp>
@@ -43,12 +43,13 @@ Json description(const LandmarkMap& map, std::size_t parts, std::uintmax_t bytes
   Json sessions = Json::array();
   for (std::size_t i = 0; i < map.sessions.size(); ++i) {
     const MapSession& session = map.sessions[i];
-    const auto begun = std::ranges::count(map.points, static_cast<int>(i), &MapPoint::session);
+    const auto initialised =
+        std::ranges::count(map.points, static_cast<int>(i), &MapPoint::session);
     sessions.push_back({{"name", session.name},
                         {"begin_ns", session.begin.count()},
                         {"end_ns", session.end.count()},
                         {"cameras", session.cameras.size()},
-                        {"landmarks", begun}});
+                        {"landmarks", initialised}});
   }
   Eigen::Vector3d least = Eigen::Vector3d::Zero(), most = least;
   std::vector<double> sigmas;

@@ -3,9 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
 

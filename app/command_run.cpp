@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
 #include <chasles/base/stopwatch.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "full_covariance.hpp"
 #include "interrupt.hpp"
@@ -120,7 +120,7 @@ int run_command(RunCommandOptions o) {
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN or --live");
   }
-  refuse_output_into(o.output, o.input.recording);
+  reject_output_into(o.output, o.input.recording);
   Recording recording = read_input(o.input);
   const RemarksOnError remarks(recording);
   const Interrupt interrupt(

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/readers.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/write_euroc.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/eval/association.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/recording/write_euroc.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/sim/street.hpp>
@@ -54,7 +54,7 @@ std::string scenes_help() {
 }
 
 StreetSettings street_settings_from(const SceneChoice& choice) {
-  refuse_path(choice);
+  reject_path(choice);
   StreetSettings settings = street_scene(choice.name);
   const SettingList list = list_of(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);
@@ -165,8 +165,8 @@ int deliver(const SimulateOptions& o, const Recording& recording, const Json& se
 int simulate(const SimulateOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   check_scene(o.scene.name);
-  refuse_output_into(o.output, o.cameras);
-  refuse_output_into(o.output, o.scene.path);
+  reject_output_into(o.output, o.cameras);
+  reject_output_into(o.output, o.scene.path);
   if (is_inertial_scene(o.scene.name)) {
     InertialScene scene = scene_from(o.scene);
     if (!o.cameras.empty()) take_cameras(o.cameras, scene);

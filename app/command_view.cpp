@@ -7,9 +7,9 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/report/study.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 
 #include "follow_run.hpp"
 #include "interrupt.hpp"
@@ -21,7 +21,7 @@
 namespace chasles::app {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenLooks{50};
+constexpr std::chrono::milliseconds kBetweenPolls{50};
 
 struct ViewOptions {
   std::vector<std::filesystem::path> folders;
@@ -55,7 +55,7 @@ int serve(const ViewOptions& o, std::uint16_t port, LiveFeed& feed,
   flush_stdout();
   while (!interrupt.requested()) {
     work();
-    std::this_thread::sleep_for(kBetweenLooks);
+    std::this_thread::sleep_for(kBetweenPolls);
   }
   return 0;
 }
@@ -65,7 +65,7 @@ int view(const ViewOptions& o) {
   if (o.folders.size() == 1 && is_growing(o.folders.front())) {
     LiveRun run({});
     FollowedRun followed(o.folders.front(), run);
-    return serve(o, port, run, [&] { followed.look(); });
+    return serve(o, port, run, [&] { followed.poll(); });
   }
   FinishedRuns feed(read_runs(o.folders));
   return serve(o, port, feed, [] {});

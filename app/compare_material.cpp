@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/lab/loops.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 #include "lab_scene.hpp"

@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
-#include <chasles/check/check.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/check.hpp>
 
 #include "check_tracks.hpp"
 #include "check_trial.hpp"
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 
 namespace chasles::app {
 namespace {

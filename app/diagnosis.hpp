@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/frontend/frontend_settings.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles::app {
 

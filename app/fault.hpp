@@ -11,7 +11,7 @@ struct Fault {
   int code = 70;
 };
 
-/// Of Error, and of what the system refused: memory, threads, descriptors, room for files. Anything
+/// Of Error, and of what the system denied: memory, threads, descriptors, room for files. Anything
 /// else is an internal error. Where the working folder was removed, the sentence says so.
 Fault fault_of(const std::exception& error);
 

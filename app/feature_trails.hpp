@@ -19,9 +19,9 @@ class FeatureTrails {
 
   /// Must get every frame, in time order.
   void follow(const FeatureFrame& frame);
-  /// The points of the frame that was followed last, not judged yet.
+  /// The points of the frame that was followed last, without an outcome yet.
   std::map<Key, RunFeature> features(const FeatureFrame& frame) const;
-  void forget() { trails_.clear(); }
+  void clear() { trails_.clear(); }
 
  private:
   struct Trail {

@@ -6,9 +6,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 
 #include "run_folder.hpp"
 
@@ -29,9 +29,9 @@ fs::file_time_type written(const fs::path& file) {
 }  // namespace
 
 FollowedRun::FollowedRun(fs::path folder, LiveRun& run)
-    : folder_(std::move(folder)), run_(run), begun_(written(growing_folder(folder_))) {}
+    : folder_(std::move(folder)), run_(run), first_written_(written(growing_folder(folder_))) {}
 
-void FollowedRun::look() {
+void FollowedRun::poll() {
   const Clock::time_point start = Clock::now();
   if (ended_ || start < next_) return;
   try {
@@ -61,7 +61,7 @@ void FollowedRun::take(Run now) {
 
 void FollowedRun::end() {
   ended_ = true;
-  if (written(folder_ / "summary.json") < begun_) {
+  if (written(folder_ / "summary.json") < first_written_) {
     return run_.fail("the run ended without a result");
   }
   try {

@@ -14,7 +14,7 @@ class FollowedRun {
   FollowedRun(std::filesystem::path folder, LiveRun& run);
 
   /// Reads new states from the folder if it is time to. Reading takes at most a tenth of the time.
-  void look();
+  void poll();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -23,7 +23,7 @@ class FollowedRun {
 
   std::filesystem::path folder_;
   LiveRun& run_;
-  std::filesystem::file_time_type begun_;
+  std::filesystem::file_time_type first_written_;
   Clock::time_point next_ = Clock::now();
   std::size_t shown_ = 0;  ///< number of states passed on
   bool started_ = false, ended_ = false;

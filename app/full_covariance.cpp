@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {
@@ -55,13 +55,13 @@ void check_room(const std::filesystem::path& opened, const std::filesystem::path
                                static_cast<double>(space.available) / kGigabyte));
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& file) {
+[[noreturn]] void reject(const std::filesystem::path& file) {
   throw UsageError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
 }
 
 std::ofstream opened(const std::filesystem::path& file) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  if (!stream) refuse(file);
+  if (!stream) reject(file);
   return stream;
 }
 
@@ -80,18 +80,18 @@ void write_triangle(const Ekf& filter, std::uintmax_t rows, std::ofstream& strea
           reinterpret_cast<const char*>(values.data()),
           static_cast<std::streamsize>(width) * static_cast<std::streamsize>(sizeof(double)));
     }
-    if (!stream) refuse(file);
+    if (!stream) reject(file);
   });
   stream.close();
-  if (!stream) refuse(file);
+  if (!stream) reject(file);
 }
 
 }  // namespace
 
 void check_full_covariance(const std::filesystem::path& file) {
-  refuse_pipe(file);
+  reject_pipe(file);
   const bool there = std::filesystem::exists(file);
-  if (!std::ofstream(file, std::ios::binary | std::ios::app)) refuse(file);
+  if (!std::ofstream(file, std::ios::binary | std::ios::app)) reject(file);
   if (!there) remove_file(file);
 }
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/run_folder/run.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles::app {
 

@@ -6,8 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/codec/image_encode.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/image_encode.hpp>
 
 namespace chasles::app {
 namespace {
@@ -63,12 +63,12 @@ void ImageKeeper::follow(const FeatureFrame& frame) {
   if (is_kept(frame.time)) features_[frame.time] = trails_.features(frame);
 }
 
-void ImageKeeper::judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged) {
+void ImageKeeper::note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
   const auto features = features_.find(frame.time);
   if (features == features_.end()) return;
-  for (const PixelOutcome& one : judged) {
+  for (const PixelOutcome& one : outcomes) {
     const auto found = features->second.find({one.observation.camera, one.observation.landmark});
-    if (found != features->second.end()) found->second.judged = one;
+    if (found != features->second.end()) found->second.assessed = one;
   }
 }
 

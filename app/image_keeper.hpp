@@ -40,7 +40,7 @@ class ImageKeeper {
   /// Stores the tracks of a frame. Must get every frame, in time order.
   void follow(const FeatureFrame& frame);
   /// Stores the outcomes of a frame's observations.
-  void judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged);
+  void note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes);
 
   /// Returns the kept frames. see() must not be called afterwards.
   std::vector<RunImage> take();

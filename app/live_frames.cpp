@@ -21,7 +21,7 @@ std::optional<ImageFrame> LiveFrames::take_pictures(Time time) {
 
 void LiveFrames::follow(const FeatureFrame& frame) {
   finish();
-  if (!service_.shows_frames()) return trails_.forget();
+  if (!service_.shows_frames()) return trails_.clear();
   trails_.follow(frame);
   if (has_pictures_) {
     std::optional<ImageFrame> pictures = take_pictures(frame.time);
@@ -34,11 +34,11 @@ void LiveFrames::follow(const FeatureFrame& frame) {
   features_ = trails_.features(frame);
 }
 
-void LiveFrames::judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged) {
+void LiveFrames::note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
   if (shown_ != frame.time) return;
-  for (const PixelOutcome& one : judged) {
+  for (const PixelOutcome& one : outcomes) {
     const auto found = features_.find({one.observation.camera, one.observation.landmark});
-    if (found != features_.end()) found->second.judged = one;
+    if (found != features_.end()) found->second.assessed = one;
   }
 }
 

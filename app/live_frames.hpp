@@ -7,8 +7,8 @@
 #include <vector>
 
 #include <chasles/camera/pixel_outcome.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/foxglove/service.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "feature_trails.hpp"
 
@@ -16,7 +16,7 @@ namespace chasles::app {
 
 /// Shows frames of a run, with the tracked points and their outcomes, to clients that want to see
 /// them. Without such a client it does nothing. A frame is given away when the next one comes,
-/// because only then all its points are judged.
+/// because only then all its points have an outcome.
 class LiveFrames {
  public:
   /// Both must outlive it.
@@ -27,7 +27,7 @@ class LiveFrames {
   void see(const ImageFrame& images);
   /// Must get every frame, in time order.
   void follow(const FeatureFrame& frame);
-  void judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged);
+  void note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes);
 
   /// Gives the last frame away.
   void finish();
@@ -39,7 +39,7 @@ class LiveFrames {
   const bool has_pictures_;
   FoxgloveService& service_;
   FeatureTrails trails_;
-  /// The points of the frame that is being judged, if it is to be shown, and its pictures.
+  /// The points of the frame that is being processed, if it is to be shown, and its pictures.
   std::optional<Time> shown_;
   std::map<FeatureTrails::Key, RunFeature> features_;
   std::vector<GrayImage> shown_pictures_;

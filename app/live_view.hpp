@@ -9,10 +9,10 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/foxglove/service.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 
 #include "live_frames.hpp"
 

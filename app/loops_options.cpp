@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 
 #include "settings_io.hpp"
@@ -65,7 +65,7 @@ std::vector<std::string> all_charts() {
 bool is_loops(const std::string& name) { return name == kLoops; }
 
 LoopsSettings loops_from(const SceneChoice& choice) {
-  refuse_path(choice);
+  reject_path(choice);
   LoopsSettings settings;
   const SettingList list = list_of(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);

@@ -18,7 +18,7 @@ namespace chasles::app {
 /// Whether `name` is that of the scene `loops`.
 bool is_loops(const std::string& name);
 
-/// The settings of the scene. Throws UsageError for an invalid setting, and as refuse_path().
+/// The settings of the scene. Throws UsageError for an invalid setting, and as reject_path().
 LoopsSettings loops_from(const SceneChoice& choice);
 
 /// A filter for each requested file and chart; without any, one for each of the four charts. Throws

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
-#include <chasles/codec/output_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/output_file.hpp>
 #include <chasles/pipeline/map_file.hpp>
 
 #include "print.hpp"
@@ -25,7 +25,7 @@ fs::path map_target(const RunCommandOptions& o) {
 
 void check_map_output(const fs::path& name) {
   if (name.empty()) return;
-  refuse_pipe(name);
+  reject_pipe(name);
   std::error_code ignored;
   const fs::path file = fs::exists(name, ignored) ? name : followed(name);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";

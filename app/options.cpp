@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <chasles/codec/parse.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/parse.hpp>
 
 namespace chasles::app {
 namespace {

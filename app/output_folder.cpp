@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 
-#include <chasles/recording/folder_names.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/folder_names.hpp>
 
 namespace chasles::app {
 namespace {
@@ -92,7 +92,7 @@ OutputLock::~OutputLock() {
   if (descriptor_ >= 0 && (!listed_ || replace_lock(descriptor_ + 1, 0))) ::close(descriptor_);
 }
 
-void refuse_output_into(const fs::path& output, const fs::path& recording) {
+void reject_output_into(const fs::path& output, const fs::path& recording) {
   std::error_code ignored;
   if (output.empty() || !fs::exists(recording, ignored)) return;
   const bool is_folder = fs::is_directory(recording, ignored);

@@ -10,13 +10,13 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 
 namespace chasles::app {
 namespace {
 
-[[noreturn]] void refuse_stdout(int error) {
+[[noreturn]] void reject_stdout(int error) {
   throw UsageError(fmt::format("stdout cannot be written: {}", std::strerror(error)));
 }
 
@@ -37,7 +37,7 @@ class PrintableMessage : public spdlog::custom_flag_formatter {
 
 void print_text(std::string_view text) {
   const std::string bytes = printable(text);
-  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size()) refuse_stdout(errno);
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size()) reject_stdout(errno);
 }
 
 void note_text(std::string_view text) {
@@ -46,7 +46,7 @@ void note_text(std::string_view text) {
 }
 
 void flush_stdout() {
-  if (std::fflush(stdout) != 0) refuse_stdout(errno);
+  if (std::fflush(stdout) != 0) reject_stdout(errno);
 }
 
 void log_to_stderr(const char* name, bool threads) {

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/interruption.hpp>
+#include <chasles/codec/text_file.hpp>
 
 #include "fault.hpp"
 #include "options.hpp"
@@ -40,7 +40,7 @@ std::string complaint(const CLI::App& parser, const CLI::ParseError& error) {
                      did_you_mean(rest.front(), known_words(innermost(parser))));
 }
 
-int refused(const CLI::App& parser, const CLI::ParseError& error) {
+int rejected(const CLI::App& parser, const CLI::ParseError& error) {
   if (error.get_exit_code() != 0) {
     const bool top = &innermost(parser) == &parser;
     spdlog::error("{} (see chasles{}{} --help)", complaint(parser, error), top ? "" : " ",
@@ -66,7 +66,7 @@ int parse_and_run(int argc, char** argv) {
   try {
     parser.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return refused(parser, error);
+    return rejected(parser, error);
   }
   const int code = action();
   flush_stdout();

@@ -50,7 +50,7 @@ Json sessions_json(const MapSketch& map) {
 
 Json place_json(const PlaceCounts& places, const Run& run) {
   Json json = {{"searches", places.searches}, {"proposed", places.proposed},
-               {"refused", places.refused},   {"placed_ns", nullptr},
+               {"refused", places.rejected},  {"placed_ns", nullptr},
                {"placed_seconds", nullptr},   {"world_T_map", nullptr},
                {"sessions", Json::array()}};
   if (places.placed) {
@@ -90,7 +90,7 @@ std::string place_text(const Json& place) {
   const char* label = own ? "place after the loss" : "place in the map";
   const Json& seconds = place.at("placed_seconds");
   const std::string attempts =
-      fmt::format("searches {}, proposed {}, refused {}", place.at("searches").get<int>(),
+      fmt::format("searches {}, proposed {}, rejected {}", place.at("searches").get<int>(),
                   place.at("proposed").get<int>(), place.at("refused").get<int>());
   if (seconds.is_null()) return line(label, "not found", " (" + attempts + ")");
   return line(label, "found", fmt::format(" after {:.1f} s ({})", seconds.get<double>(), attempts));

@@ -4,8 +4,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/run_folder/run.hpp>
 #include <chasles/pipeline/estimator.hpp>
+#include <chasles/run_folder/run.hpp>
 
 // What a run recognised, as summary.json and the command's output have it.
 namespace chasles::app {

@@ -4,8 +4,8 @@ namespace chasles::app {
 namespace {
 
 // An accelerometer and a gyroscope with a topic each.
-void judge_joined(const ImuJoiner::Counts& now, const ImuJoiner::Counts& before,
-                  RobotDiagnosis& diagnosis) {
+void assess_joined(const ImuJoiner::Counts& now, const ImuJoiner::Counts& before,
+                   RobotDiagnosis& diagnosis) {
   using enum RobotDiagnosis::Level;
   if (now.forces + now.rates == 0) return;
   diagnosis.add(now.forces == before.forces, kWarning, "no samples of the accelerometer come");
@@ -22,16 +22,16 @@ void judge_joined(const ImuJoiner::Counts& now, const ImuJoiner::Counts& before,
                 "one clock?");
 }
 
-void judge(const RobotReport& now, const RobotReport& before, RobotDiagnosis& diagnosis) {
+void assess(const RobotReport& now, const RobotReport& before, RobotDiagnosis& diagnosis) {
   using enum RobotDiagnosis::Level;
   const Health health = now.last ? now.last->health : Health::kOk;
   diagnosis.add(health == Health::kLost, kError, "lost: the estimate is not valid");
   diagnosis.add(now.samples == before.samples, kWarning, "no samples of the IMU come");
-  judge_joined(now.joined, before.joined, diagnosis);
+  assess_joined(now.joined, before.joined, diagnosis);
   diagnosis.add(now.images.came == before.images.came, kWarning, "no images come");
   diagnosis.add(!now.why_not_started.empty(), kWarning, now.why_not_started);
   diagnosis.add(health == Health::kDegraded, kWarning,
-                "degraded: " + (now.last ? name(now.last->doubt) : ""));
+                "degraded: " + (now.last ? name(now.last->degradation) : ""));
   diagnosis.add(now.images.dropped > before.images.dropped, kWarning,
                 fmt::format("{} frames dropped: the estimator is too slow",
                             now.images.dropped - before.images.dropped));
@@ -85,7 +85,7 @@ void add_counts(const RobotReport& now, RobotDiagnosis& diagnosis) {
 
 RobotDiagnosis diagnose(const RobotReport& now, const RobotReport& before) {
   RobotDiagnosis diagnosis;
-  judge(now, now.resets == before.resets ? before : RobotReport{}, diagnosis);
+  assess(now, now.resets == before.resets ? before : RobotReport{}, diagnosis);
   if (now.last) add_estimate(*now.last, diagnosis);
   add_counts(now, diagnosis);
   return diagnosis;

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/run_folder/run.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "calibration_report.hpp"
 #include "run_landmarks.hpp"
@@ -47,7 +47,8 @@ void RobotLog::add(std::span<const Estimate> estimates) {
     }
     estimated_ += e.health == Health::kLost ? 0 : 1;
     zupt_frames_ += e.zero_velocity ? 1 : 0;
-    if (e.health == Health::kDegraded && e.doubt != Doubt::kNone) ++doubts_[e.doubt];
+    if (e.health == Health::kDegraded && e.degradation != Degradation::kNone)
+      ++degradations_[e.degradation];
     calibration_ = e.calibration;
     run_.states.push_back(run_state(e, sensors_.cameras));
   }
@@ -70,7 +71,7 @@ void RobotLog::write(const Estimator& estimator, const std::filesystem::path& fo
   result.coverage = {
       .estimated = std::min(frames_, estimated_), .frames = frames_, .before_start = before_start_};
   result.zupt_frames = zupt_frames_;
-  result.doubts = doubts_;
+  result.degradations = degradations_;
   result.calibration = calibration_;
   nlohmann::ordered_json summary =
       summary_json(result, settings_, inertial_sensors(sensors_), sensors_);

@@ -7,8 +7,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "observation_spans.hpp"
 
@@ -35,7 +35,7 @@ class RobotLog {
   InertialRunSettings settings_;
   Run run_;
   ObservationSpans spans_;
-  std::map<Doubt, int> doubts_;
+  std::map<Degradation, int> degradations_;
   std::optional<Time> first_frame_, last_frame_;
   std::optional<double> start_seconds_, initialised_seconds_;
   std::size_t frames_ = 0, before_start_ = 0, estimated_ = 0;

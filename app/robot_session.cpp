@@ -13,8 +13,8 @@ using Clock = std::chrono::steady_clock;
 
 // Frames that wait before feed() does, with `lossless`.
 constexpr std::size_t kMostLossless = 16;
-// Between two looks at what the estimator says of itself.
-constexpr auto kBetweenLooks = std::chrono::milliseconds(500);
+// Between two checks of what the estimator says of itself.
+constexpr auto kBetweenPolls = std::chrono::milliseconds(500);
 
 }  // namespace
 
@@ -29,9 +29,9 @@ RobotSession::RobotSession(std::unique_ptr<VisualInertialSlam> made, const Robot
   if (!setup.output.empty()) log_.emplace(sensors, setup.settings, of_run, made->estimator());
   made->set_frame_observer([this, &estimator = made->estimator()](const FeatureFrame& frame) {
     if (log_) log_->add(frame);
-    if (Clock::now() - last_look_ >= kBetweenLooks) look_at(estimator);
+    if (Clock::now() - last_inspection_ >= kBetweenPolls) inspect(estimator);
   });
-  look_at(made->estimator());
+  inspect(made->estimator());
   slam_.emplace(
       std::move(made),
       RealtimeSlam::Options{.most_images = setup.lossless ? kMostLossless : setup.most_images,
@@ -40,8 +40,8 @@ RobotSession::RobotSession(std::unique_ptr<VisualInertialSlam> made, const Robot
 }
 
 // On the estimator's thread. What it says of itself, for whoever must not wait for it.
-void RobotSession::look_at(const Estimator& estimator) {
-  last_look_ = Clock::now();
+void RobotSession::inspect(const Estimator& estimator) {
+  last_inspection_ = Clock::now();
   const std::string why = estimator.started() ? "" : estimator.why_not_started();
   const int resets = estimator.report().resets;
   const std::lock_guard lock(state_mutex_);
@@ -52,7 +52,7 @@ void RobotSession::look_at(const Estimator& estimator) {
 // On the estimator's thread.
 void RobotSession::note(std::span<const Estimate> estimates, VisualInertialSlam& of) {
   if (estimates.empty()) return;
-  if (!has_estimate_) look_at(of.estimator());
+  if (!has_estimate_) inspect(of.estimator());
   for (const Estimate& e : estimates) latency_.estimated(e.time);
   {
     const std::lock_guard lock(state_mutex_);
@@ -103,7 +103,7 @@ void RobotSession::finish() {
     const std::vector<Estimate> rest = slam_->finish();
     slam_->ask([&](VisualInertialSlam& of) {
       note(rest, of);
-      look_at(of.estimator());
+      inspect(of.estimator());
     });
   });
 }

@@ -56,7 +56,7 @@ class RobotSession {
   void write_run_folder(const std::filesystem::path& folder);
 
  private:
-  void look_at(const Estimator& estimator);
+  void inspect(const Estimator& estimator);
   void note(std::span<const Estimate> estimates, VisualInertialSlam& of);
   template <typename Message>
   std::vector<Message> feed(Message message, StampLeaps<Message>& leaps);
@@ -85,7 +85,7 @@ class RobotSession {
   RealtimeSlam::Callback callback_;
 
   std::optional<RobotLog> log_;  // of the estimator's thread, as the next
-  std::chrono::steady_clock::time_point last_look_;
+  std::chrono::steady_clock::time_point last_inspection_;
   std::atomic<bool> has_estimate_ = false;
   RobotLatency latency_;
   std::optional<RealtimeSlam> slam_;  // last, because its thread uses all members above

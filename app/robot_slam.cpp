@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/image_recording.hpp>
-#include <chasles/recording/masks.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/recording/image_recording.hpp>
+#include <chasles/recording/masks.hpp>
 
 #include "joined_imu.hpp"
 #include "map_output.hpp"

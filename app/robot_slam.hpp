@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/sensor_calibration.hpp>
 #include <chasles/imu/join_imu.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
 #include <chasles/pipeline/shared_map.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
 
 namespace chasles::app {
 
@@ -102,7 +102,7 @@ class RobotSlam {
 
   bool has_estimate() const;  ///< since the start or reset()
 
-  /// Begins anew, and forgets all that has come.
+  /// Begins anew, and discards all that has come.
   void reset(const std::string& why);
   /// Calls the function on the estimator's thread, and waits for it.
   void ask(const std::function<void(VisualInertialSlam&)>& question);

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/landmarks.hpp>
 
@@ -119,8 +119,8 @@ std::string run_health(const std::vector<RunState>& states, const Coverage& cove
     return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
   };
   if (!states.empty() && states.back().health == "lost") return "lost";
-  const bool doubtful = count("lost") > 0 || 10 * count("degraded") > states.size();
-  return doubtful || coverage.share() < kLeastCoverage ? "degraded" : "ok";
+  const bool unreliable = count("lost") > 0 || 10 * count("degraded") > states.size();
+  return unreliable || coverage.share() < kLeastCoverage ? "degraded" : "ok";
 }
 
 Json figures_json(const Evaluation& evaluation) {

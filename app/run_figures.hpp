@@ -5,9 +5,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/eval/evaluation.hpp>
 #include <chasles/recording/recording.hpp>
 #include <chasles/run_folder/run.hpp>
-#include <chasles/eval/evaluation.hpp>
 
 #include "coverage.hpp"
 

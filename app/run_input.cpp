@@ -5,14 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/eval/association.hpp>
 #include <chasles/recording/backwards.hpp>
 #include <chasles/recording/image_views.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/base/error.hpp>
-#include <chasles/eval/association.hpp>
 
 #include "remarks.hpp"
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 
 namespace chasles::app {
 namespace {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
+#include <chasles/pipeline/tracks_part.hpp>
 #include <chasles/recording/reader_settings.hpp>
 #include <chasles/recording/recording.hpp>
-#include <chasles/pipeline/tracks_part.hpp>
 
 #include "truth_mending.hpp"
 #include "truth_options.hpp"

@@ -8,20 +8,20 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/masks.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
+#include <chasles/recording/masks.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "calibration_report.hpp"
 #include "diagnosis.hpp"
 #include "inertial_settings_io.hpp"
 #include "remarks.hpp"
 #include "summary.hpp"
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 #include "velocity_settings_io.hpp"
 
 namespace chasles::app {
@@ -94,7 +94,7 @@ struct Prepared {
 
 // Examines the truth with the estimate, and applies what the options leave to that: an offset, a
 // point on the body, and the tilt of a world that is not level, with what else is in that world.
-void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
+void prepare_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
   Run& run = result.run;
   if (run.truth.empty() || run.states.empty()) return;
   TruthReference reference{.name = "the estimate",
@@ -105,25 +105,25 @@ void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRu
     if (!s.world_T_imu.R.allFinite() || !s.world_T_imu.p.allFinite()) continue;
     reference.poses.push_back({.time = s.time, .pose = s.world_T_imu});
   }
-  const TruthToSettle how{.attitudes = recording.truth_attitudes,
-                          .point_imu = recording.truth_point_imu,
-                          .estimate_offset = is_offset_auto(input.truth_options),
-                          .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
-                          .pairing = run.pairing};
-  const auto keep_remarks = [&](const SettledTruth& settled) {
-    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
-    for (const TruthFinding& f : settled.findings) recording.remarks.push_back(sentence(f));
+  const TruthToPrepare how{.attitudes = recording.truth_attitudes,
+                           .point_imu = recording.truth_point_imu,
+                           .estimate_offset = is_offset_auto(input.truth_options),
+                           .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
+                           .pairing = run.pairing};
+  const auto keep_remarks = [&](const PreparedTruth& prepared_truth) {
+    for (const std::string& remark : prepared_truth.remarks) recording.remarks.push_back(remark);
+    for (const TruthFinding& f : prepared_truth.findings) recording.remarks.push_back(sentence(f));
   };
   try {
-    const SettledTruth settled = settle_truth(reference, how, run.truth);
-    keep_remarks(settled);
-    result.truth_attitudes = settled.attitudes;
-    result.truth_findings = settled.findings;
-    if (!settled.tilt) return;
+    const PreparedTruth prepared_truth = prepare_truth(reference, how, run.truth);
+    keep_remarks(prepared_truth);
+    result.truth_attitudes = prepared_truth.attitudes;
+    result.truth_findings = prepared_truth.findings;
+    if (!prepared_truth.tilt) return;
     for (TrueLandmark& landmark : recording.true_landmarks) {
-      landmark.p_world = settled.tilt->level_R_truth * landmark.p_world;
+      landmark.p_world = prepared_truth.tilt->level_R_truth * landmark.p_world;
     }
-    result.truth_tilt_deg = settled.tilt->degrees;
+    result.truth_tilt_deg = prepared_truth.tilt->degrees;
   } catch (const InputError& error) {
     if (how.estimate_offset) {
       recording.remarks.push_back(fmt::format("not evaluated: {}", error.what()));
@@ -295,7 +295,7 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         prepared.options.truth_is_comparable =
             !is_offset_auto(o.input.truth_options) && recording.truth_attitudes;
         CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
-        settle_truth_of_run(o.input, recording, run.result);
+        prepare_truth_of_run(o.input, recording, run.result);
         add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);
         run.summary = prepared.summary(run.result);
         if (!run.result.truth_findings.empty()) {

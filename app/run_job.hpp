@@ -5,9 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/shared_map.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "live_view.hpp"
 #include "run_command_options.hpp"

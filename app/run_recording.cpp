@@ -30,7 +30,7 @@ std::vector<double> stages(const StageSeconds& s) {
 struct Sums {
   double nees_state = 0, products = 0, squares = 0;
   int nees_count = 0;
-  std::map<Doubt, int> doubts;
+  std::map<Degradation, int> degradations;
 
   // Only a run that starts at the truth has the world of the truth.
   void add(const Estimate& e, const Recording& recording,
@@ -41,13 +41,14 @@ struct Sums {
       nees_state += nees;
       ++nees_count;
     }
-    if (e.health == Health::kDegraded && e.doubt != Doubt::kNone) ++doubts[e.doubt];
+    if (e.health == Health::kDegraded && e.degradation != Degradation::kNone)
+      ++degradations[e.degradation];
     products += e.innovation_products;
     squares += e.innovation_squares;
   }
 
   void report(RecordedRun& result) const {
-    result.doubts = doubts;
+    result.degradations = degradations;
     if (nees_count > 0) result.nees_state = nees_state / nees_count;
     if (squares > 0) result.innovation_correlation = products / squares;
   }
@@ -126,8 +127,8 @@ class Recorder : public RunObserver {
     if (LiveFrames* frames = live_.frames()) frames->follow(frame);
   }
   void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
-    keeper_.judge(frame, outcomes);
-    if (LiveFrames* frames = live_.frames()) frames->judge(frame, outcomes);
+    keeper_.note_outcomes(frame, outcomes);
+    if (LiveFrames* frames = live_.frames()) frames->note_outcomes(frame, outcomes);
   }
 
   void on_estimate(const Estimate& e, const EstimateTiming& timing) override {

@@ -8,10 +8,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/recording.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/eval/truth_examination.hpp>
 #include <chasles/pipeline/run.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "coverage.hpp"
 #include "realtime.hpp"
@@ -47,9 +47,9 @@ struct RecordedRun {
   /// From the first frame to that which completed the first estimate [s].
   std::optional<double> initialised_seconds;
   Coverage coverage;
-  int zupt_frames = 0;               ///< frames with a zero-velocity update
-  std::map<Doubt, int> doubts;       ///< numbers of degraded frames, by their reasons
-  std::optional<double> nees_state;  ///< mean; if the truth has velocity and biases
+  int zupt_frames = 0;                      ///< frames with a zero-velocity update
+  std::map<Degradation, int> degradations;  ///< numbers of degraded frames, by their reasons
+  std::optional<double> nees_state;         ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
   bool truth_attitudes = true;  ///< false: the truth has positions alone
   std::vector<TruthFinding> truth_findings;

@@ -3,8 +3,8 @@
 #include <span>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles::app {
 

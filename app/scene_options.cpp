@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/lab/true_motion.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/street.hpp>
 
 #include "options.hpp"
@@ -59,7 +59,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
 }
 
 void take_path(const SceneChoice& choice, InertialScene& scene) {
-  if (choice.name != kTrajectory) return refuse_path(choice);
+  if (choice.name != kTrajectory) return reject_path(choice);
   if (choice.agreed_truth && !choice.real_imu) {
     throw UsageError("--agreed-truth needs --real-imu: it fuses the truth with the real samples");
   }
@@ -119,7 +119,7 @@ void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& grou
       ->group(group);
 }
 
-void refuse_path(const SceneChoice& choice) {
+void reject_path(const SceneChoice& choice) {
   if (choice.path.empty() && !choice.real_imu && !choice.agreed_truth) return;
   throw UsageError(
       fmt::format("--path, --real-imu and --agreed-truth are for the scene {}, not for {}",

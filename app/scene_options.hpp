@@ -30,7 +30,7 @@ struct SceneChoice {
 /// Declares --path, --real-imu and --agreed-truth in this group of --help.
 void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group);
 /// Throws UsageError if one of these options is given. For scenes other than `trajectory`.
-void refuse_path(const SceneChoice& choice);
+void reject_path(const SceneChoice& choice);
 
 /// Declares the options of a scene: those of declare_path(), --seed, --scene-set, --scene-config.
 void declare_scene(CLI::App& parser, SceneChoice& choice);

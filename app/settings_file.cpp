@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <chasles/codec/yaml_map.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/yaml_map.hpp>
 
 #include "settings_io.hpp"
 

@@ -9,9 +9,9 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/codec/text_file.hpp>
 
 namespace chasles::app {
 namespace {

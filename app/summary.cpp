@@ -7,8 +7,8 @@
 
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/velocity/level_axes.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/velocity/level_axes.hpp>
 #include <chasles/velocity/velocity_model.hpp>
 
 #include "batch_report.hpp"
@@ -43,7 +43,7 @@ Json noise_json(const VelocitySlamNoise& noise, bool level, double time_offset) 
           {"gyro_bias_walk", noise.motion.gyro_bias_walk},
           {"velocity_axes", level ? "level" : "imu"},
           {"time_offset", time_offset},
-          {"begin_landmark", stereo_json(noise.begin)},
+          {"begin_landmark", stereo_json(noise.initialisation)},
           {"update", stereo_json(noise.update)}};
 }
 
@@ -96,31 +96,31 @@ Json imu_json(const ImuBuffer::Counts& imu) {
           {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
 }
 
-Json doubts_json(const std::map<Doubt, int>& doubts) {
+Json degradations_json(const std::map<Degradation, int>& degradations) {
   Json json = Json::object();
-  for (const Doubt doubt :
-       {Doubt::kFewObservations, Doubt::kRejections, Doubt::kInnovations, Doubt::kUnknownSpeed}) {
-    const auto found = doubts.find(doubt);
-    json[name(doubt)] = found == doubts.end() ? 0 : found->second;
+  for (const Degradation degradation : {Degradation::kFewObservations, Degradation::kRejections,
+                                        Degradation::kInnovations, Degradation::kUnknownSpeed}) {
+    const auto found = degradations.find(degradation);
+    json[name(degradation)] = found == degradations.end() ? 0 : found->second;
   }
-  if (const auto found = doubts.find(Doubt::kLens); found != doubts.end()) {
-    json[name(Doubt::kLens)] = found->second;
+  if (const auto found = degradations.find(Degradation::kLens); found != degradations.end()) {
+    json[name(Degradation::kLens)] = found->second;
   }
   return json;
 }
 
-void append_doubts(const RecordedRun& run, std::vector<std::string>& remarks) {
-  const auto reason = [](Doubt doubt) {
-    switch (doubt) {
-      case Doubt::kFewObservations:
+void append_degradations(const RecordedRun& run, std::vector<std::string>& remarks) {
+  const auto reason = [](Degradation degradation) {
+    switch (degradation) {
+      case Degradation::kFewObservations:
         return std::string("the last second used fewer than 3 observations");
-      case Doubt::kRejections:
+      case Degradation::kRejections:
         return std::string("the last second rejected more observations than it used");
-      case Doubt::kUnknownSpeed:
+      case Degradation::kUnknownSpeed:
         return std::string(
             "the sigma of the speed is above 1 m/s and above half of the speed, although the "
             "images have tracks");
-      case Doubt::kLens:
+      case Degradation::kLens:
         return std::string("the lens is not the stated one (see the remark on it)");
       default:
         return fmt::format(
@@ -129,9 +129,9 @@ void append_doubts(const RecordedRun& run, std::vector<std::string>& remarks) {
             kMostNisPerDof);
     }
   };
-  for (const auto& [doubt, frames] : run.doubts) {
+  for (const auto& [degradation, frames] : run.degradations) {
     remarks.push_back(fmt::format("degraded in {} of {} frames: {}", frames, run.run.states.size(),
-                                  reason(doubt)));
+                                  reason(degradation)));
   }
 }
 
@@ -216,11 +216,11 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   const EstimatorReport& report = run.report.estimator;
   std::vector<std::string> remarks = recording.remarks;
   append_run_remarks(run.report, remarks);
-  append_doubts(run, remarks);
+  append_degradations(run, remarks);
   append_coverage(run, recording, remarks);
   Json summary = run_json(run.run, run.coverage, "slam", settings.filter.chart,
                           recording.true_landmarks, remarks, run.truth_attitudes);
-  summary["degraded_frames"] = doubts_json(run.doubts);
+  summary["degraded_frames"] = degradations_json(run.degradations);
   summary["nees_state"] = or_null(run.nees_state);
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
   summary["truth_tilt_deg"] = or_null(run.truth_tilt_deg);
@@ -257,12 +257,12 @@ Json summary_json(const RecordedRun& run, const VelocityCommandSettings& setting
   std::vector<std::string> remarks = recording.remarks;
   add_axes(sensors, settings, recording, remarks);
   if (report.batch) append_remarks(*report.batch, remarks);
-  append_doubts(run, remarks);
+  append_degradations(run, remarks);
   append_coverage(run, recording, remarks);
   Json summary =
       run_json(run.run, run.coverage, std::string(name_of(settings.filter.mode)),
                settings.filter.chart, recording.true_landmarks, remarks, run.truth_attitudes);
-  summary["degraded_frames"] = doubts_json(run.doubts);
+  summary["degraded_frames"] = degradations_json(run.degradations);
   VelocityCommandSettings copy = settings;
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 
 #include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 
 #include "filter_options.hpp"
 #include "lab_report.hpp"

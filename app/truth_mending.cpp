@@ -6,17 +6,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/calibration.hpp>
-#include <chasles/recording/euroc_tables.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/yaml_map.hpp>
+#include <chasles/recording/calibration.hpp>
+#include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/pose_columns.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/truth_table.hpp>
-#include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles::app {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/eval/truth_reference.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "truth_options.hpp"
 

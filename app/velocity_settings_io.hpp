@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/reader_settings.hpp>
 #include <chasles/pipeline/run_settings.hpp>
+#include <chasles/recording/reader_settings.hpp>
 
 #include "settings_io.hpp"
 

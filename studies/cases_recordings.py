@@ -104,7 +104,7 @@ def same_time(_, stamp):
 class Case:
     """A case is right if `run` says `says` where that is given, `check` says `finds` (with a "!" before it: does
     not), and `run` ends as `end` says. near: without an error, near the intact recording; error: it ends with an
-    error that says `says`; near or told: either, told meaning that a message says `says`; any."""
+    error that says `says`; near or reported: either, reported meaning that a message says `says`; any."""
     name: str
     right: str
     end: str = "near"
@@ -139,8 +139,8 @@ CASES = [
     Case("every_fifth_image_torn", ERROR_NEAR, finds="cannot be read", variants=BOTH),
     Case("every_seventh_image_torn", ERROR_NEAR, finds="cannot be read", make=changed(lambda to: make.torn(to, 7)), variants=BOTH),
     Case("every_second_image_black", ERROR_NEAR, variants=BOTH),
-    Case("first_camera_at_half_rate", ERROR_NEAR, "near or told", "first camera", make=changed(half_rate), variants=BOTH),
-    Case("cameras_5ms_apart", "as good as the first camera alone, or a message", "near or told", "apart|first camera", variants=BOTH, like="mono"),
+    Case("first_camera_at_half_rate", ERROR_NEAR, "near or reported", "first camera", make=changed(half_rate), variants=BOTH),
+    Case("cameras_5ms_apart", "as good as the first camera alone, or a message", "near or reported", "apart|first camera", variants=BOTH, like="mono"),
     Case("times_in_microseconds", "an error that asks for the unit", "error", "microsecond", "microsecond"),
     Case("imu_times_in_microseconds", "an error with both spans of time", "error", SPANS, SPANS),
     Case("imu_clock_since_boot", "an error with both spans of time", "error", SPANS, SPANS),
@@ -166,9 +166,9 @@ CASES = [
     Case("kalibr_scale_misalignment", "applied, rejected, or reported", "any", "intrinsics"),
     Case("kalibr_image_size", "an error at once", "error", r"376|752|size"),
     Case("kalibr_five_coefficients", "read"),
-    Case("kalibr_extracted", "read, or a message what to rename", "near or told", "imu0.csv|rename"),
+    Case("kalibr_extracted", "read, or a message what to rename", "near or reported", "imu0.csv|rename"),
     Case("macos_files", "left out", like="mono"),
-    Case("times_with_folder", "read, or a message what is missing", "near or told", "times.csv", like="mono"),
+    Case("times_with_folder", "read, or a message what is missing", "near or reported", "times.csv", like="mono"),
     Case("tum_vi_layout", "read"),
     Case("right_images_left_out", "the first camera alone", variants=MONO),
     Case("byte_order_mark", "read"),
@@ -176,9 +176,9 @@ CASES = [
     bag_case("plain", "read"),
     bag_case("plain_as_a_folder", "read", make=bag_folder),
     bag_case("header_stamps_unset", "an error that names the cause", "error", "stamp"),
-    bag_case("mono16", "read, or reported", "near or told", "mono16"),
-    bag_case("bgra8", "read, or reported", "near or told", "bgra8"),
-    bag_case("bayer", "read, or reported", "near or told", "bayer"),
+    bag_case("mono16", "read, or reported", "near or reported", "mono16"),
+    bag_case("bgra8", "read, or reported", "near or reported", "bgra8"),
+    bag_case("bayer", "read, or reported", "near or reported", "bayer"),
     bag_case("first_imu_sample_nan", "left out and counted", "near", "finite|not a number|NaN"),
     bag_case("imu_clock_since_boot", "an error that names the cause", "error", SPANS),
     bag_case("compressed_right_left", "cam0 is the right one", finds="!off the (epipolar|other)", like="short"),
@@ -293,7 +293,7 @@ def truth_table(found, order):
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def judge(name, results, order):
+def assess(name, results, order):
     """Adds to each case what is not right, one entry a run."""
     for which in order:
         intact = {(case.name, "mono" if "mono" in variant else "stereo"): found[which]["runs"][i]
@@ -337,7 +337,7 @@ def main(options, programs, work):
 
 def show(results, of_truth, order, fill_page):
     for name in SOURCES:
-        judge(name, results, order)
+        assess(name, results, order)
     kept = {f"{name}/{case}": found for (name, case), found in results.items()}
     (OUT / "results.json").write_text(json.dumps({"cases": kept, "truth": of_truth}, indent=1, ensure_ascii=False))
     for name in SOURCES:

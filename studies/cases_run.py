@@ -20,14 +20,14 @@ NEAR = 1.5  # times the error of the intact recording
 
 def call(program, arguments, limit):
     """(exit code or "limit", standard output, standard error, seconds)"""
-    began = time.monotonic()
+    started = time.monotonic()
     try:
         done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, errors="replace",
                               timeout=limit, stdin=subprocess.DEVNULL)
         code, out, err = done.returncode, done.stdout, done.stderr
     except subprocess.TimeoutExpired as late:
         code, out, err = "limit", *((text or b"").decode(errors="replace") for text in (late.stdout, late.stderr))
-    return code, out, err, round(time.monotonic() - began, 1)
+    return code, out, err, round(time.monotonic() - started, 1)
 
 
 def loaded(text):
@@ -105,14 +105,14 @@ def not_right(case, outcome, checked, intact):
     said = any(re.search(case.says, named(line)) for line in outcome["errors"] + outcome["remarks"])
     far = near(outcome, intact, getattr(case, "factor", NEAR))
     wrong = {"any": "", "near": far, "error": "" if outcome["exit"] in (1, 2, 3) and outcome["errors"] else "no error",
-             "near or told": far if not said else ""}[case.end]
-    if not wrong and case.says and case.end != "near or told" and not said:
+             "near or reported": far if not said else ""}[case.end]
+    if not wrong and case.says and case.end != "near or reported" and not said:
         wrong = "`run` does not report it"
     if not wrong and outcome["changed"]:
         wrong = "the recording was changed"
     if not wrong and case.finds and checked:
-        told = checked["errors"] + checked["findings"] + checked["remarks"] + checked["facts"]
-        found = any(re.search(case.finds.removeprefix("!"), named(line)) for line in told)
+        reported = checked["errors"] + checked["findings"] + checked["remarks"] + checked["facts"]
+        found = any(re.search(case.finds.removeprefix("!"), named(line)) for line in reported)
         wrong = "" if found != case.finds.startswith("!") else "`check` does not find it" if not found else "`check` complains"
     return wrong
 

@@ -16,14 +16,14 @@ class SavedMap:
         for _ in range(self.take("<I")):  # sessions
             self.skip(self.take("<I") + 16)
             self.skip(CAMERA * self.take("<I"))
-        self.p, self.D, self.looks = [], [], []
+        self.p, self.D, self.appearances = [], [], []
         for _ in range(self.take("<I")):
             self.p.append(self.take("<3d"))
             self.skip(8)
             xx, yx, yy, zx, zy, zz = self.take("<6f")
             self.D.append([[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]])
             views = self.take("<B")
-            self.looks.append(self.data[self.at + 4:self.at + VIEW])
+            self.appearances.append(self.data[self.at + 4:self.at + VIEW])
             self.skip(VIEW * views)
         self.p, self.D = numpy.array(self.p), numpy.array(self.D)
         r = self.take("<I")

@@ -219,12 +219,12 @@ def others_part(pool):
 
 
 def true_landmarks(name):
-    """Of each landmark of the walk's map, by its looks: the true point."""
+    """Of each landmark of the walk's map, by its appearances: the true point."""
     run, file = save_map(name, OUT / name, "--keep-images", 1)
     block, saved = Block(run, {}), SavedMap(file)
     rows = numpy.loadtxt(run / "landmarks.csv", delimiter=",", skiprows=1)
     ids = [int(rows[numpy.argmin(numpy.linalg.norm(rows[:, 1:4] - p, axis=1)), 0]) for p in saved.p]
-    return {looks: block.point(number) for looks, number in zip(saved.looks, ids)}
+    return {appearances: block.point(number) for appearances, number in zip(saved.appearances, ids)}
 
 
 def merged(name, *files):
@@ -264,7 +264,7 @@ def merging_part(pool):
         matches = " and ".join(str(joined["matches"]) for joined in both["joined"]) if both else ""
         nis = " and ".join(f"{joined['nis_per_dof']:.2f}" for joined in both["joined"]) if both else ""
         frame, P = Truth(run, by_first_pose=True), saved.covariances()
-        e = saved.p - numpy.array([true[looks] for looks in saved.looks]) @ frame.R.T - frame.p
+        e = saved.p - numpy.array([true[appearances] for appearances in saved.appearances]) @ frame.R.T - frame.p
         nees = numpy.einsum("ni,ni->n", e, numpy.linalg.solve(P, e[..., None])[..., 0])
         sigma = numpy.sqrt(numpy.trace(P, axis1=1, axis2=2))
         rows.append(f"| {name} | {len(saved.p)} | {size / len(saved.p):.0f} | {matches} | {nis} | "

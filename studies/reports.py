@@ -146,8 +146,8 @@ def strings(value):
 def evaluated(program, run_folder, truth, limit):
     code, out, err, seconds = call(program, ["evaluate", run_folder, truth, "--json"], limit)
     report, (errors, remarks) = loaded(out), lines(without_paths(err, truth, run_folder))
-    told = [line for line in strings(report) if " " in line]
-    return {"exit": code, "seconds": seconds, "errors": errors, "remarks": remarks + [line for line in told if line not in remarks],
+    reported = [line for line in strings(report) if " " in line]
+    return {"exit": code, "seconds": seconds, "errors": errors, "remarks": remarks + [line for line in reported if line not in remarks],
             **{name: report.get(name) for name in ("matched", "ate_posyaw_m", "attitude_posyaw_deg", "nees_pose", "nees_position")}}
 
 
@@ -189,15 +189,15 @@ def truth_wrong(rule, outcome, plain):
     said = any(re.search(rule.says, line.replace(rule.name, "")) for line in outcome["errors"] + outcome["remarks"])
     if outcome["exit"] not in (0, 1, 2, 3):
         return f"exit {outcome['exit']}"
-    if rule.end == "told":
+    if rule.end == "reported":
         return "" if said else "silently wrong" if outcome["exit"] == 0 else "the message misleads"
     wrong = same_figures(rule, outcome, plain)
-    if rule.end == "same or told":
+    if rule.end == "same or reported":
         return "" if said else wrong
     return wrong or ("" if said or not rule.says else "not said")
 
 
-# --- judging and the page ----------------------------------------------------------------------------------
+# --- assessing and the page ----------------------------------------------------------------------------------
 
 def wrong_of(rule, outcome, intact):
     found = not_right(rule, outcome["run"], outcome["check"], intact)
@@ -258,7 +258,7 @@ def summary(found, of_truth, order):
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def judge(found, of_truth, order):
+def assess(found, of_truth, order):
     """Adds to each outcome what is not right."""
     every = {(group, rule.name): rule for group, (_, listed) in rules.GROUPS.items() for rule in listed}
     for which in order:
@@ -285,7 +285,7 @@ def main(options, programs, work):
     found = {(group, rule.name): outcome for (group, rule), outcome in zip(wanted, outcomes) if outcome}
     with_truths = not options.names or any(name in "reports/truths" for name in options.names)
     of_truth = truths(programs, options, work) if with_truths else {}
-    judge(found, of_truth, order)
+    assess(found, of_truth, order)
     results = {"cases": {"/".join(key): outcome for key, outcome in found.items()}, "truths": of_truth}
     (OUT / "reports.json").write_text(json.dumps(results, indent=1, ensure_ascii=False))
     tables = {group: table_of(group, found, order) for group in ("intact", *rules.GROUPS) if any(key[0] == group for key in found)}

@@ -7,7 +7,7 @@ must say. The last two are regular expressions for one line of errors, remarks o
 
 ends      near: exit 0, an error near that of the intact piece, and its frames
           error: exit 1, 2 or 3 with an error that says it
-          near or told: near, or any end with a message that says it
+          near or reported: near, or any end with a message that says it
           any: whatever it does, it says it
 at        the input that is named, below the folder that the generator makes
 like      the run of the intact piece to compare with
@@ -39,13 +39,13 @@ def read(name, right="read", says="", **more):
     return Rule(name, right, "near", says, **more)
 
 
-def told(name, right, says, **more):
-    """Refused, and the message says it; `check` says it too."""
+def reported(name, right, says, **more):
+    """Rejected, and the message says it; `check` says it too."""
     return Rule(name, right, "error", says, more.pop("finds", says), **more)
 
 
 def either(name, right, says, **more):
-    return Rule(name, right, "near or told", says, **more)
+    return Rule(name, right, "near or reported", says, **more)
 
 
 def shown(name, right, says="", **more):
@@ -60,30 +60,30 @@ INTACT = [Rule("intact", "-", "any"), Rule("intact, mono", "-", "any", arguments
 
 VIDEO, UNKNOWN = "(?i)video|movie|MP4", "no known kind"
 FILES = [
-    told("GX010042.MP4", "the error calls it a video", VIDEO),
-    told("rgb.mov", "the error calls it a video", VIDEO),
-    told("VID.insv", "the error calls it a video", VIDEO),
-    told("log_12.ulg", "the error calls it a log of PX4", "(?i)ULog|PX4"),
-    told("00000042.BIN", "the error names the kind, or calls it unknown", f"(?i)ArduPilot|DataFlash|{UNKNOWN}"),
-    told("rec.vrs", "the error calls it VRS", r"\bVRS\b"),
-    told("rec.svo2", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
-    told("rec.svo", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
-    told("MH_01_easy.zip", "the error asks to unpack it", "(?i)unpack|unzip|extract"),
-    told("dataset-room1_512_16.tar", "the error asks to unpack it", "(?i)unpack|tar -x|extract"),
-    told("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag", r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
-    told("old.bag", "the error asks for `rosbag fix`", "rosbag fix"),
-    told("active.bag.active", "read as a bag: the error reports what is missing", "(?i)not closed|reindex|first message|camchain"),
-    told("empty.mcap", "the error calls it empty", "(?i)empty|0 bytes"),
-    told("empty.db3", "the error calls it empty", "(?i)empty|0 bytes"),
-    told("lfs.mcap", "the error calls it a pointer of Git LFS", "LFS"),
-    told("login.bag", "the error calls it a web page", "HTML|(?i:web page)"),
-    told("rec.jsonl", "the error names the kind, or calls it unknown", f"(?i)JSON|{UNKNOWN}"),
-    told("imu.npy", "the error names the kind, or calls it unknown", f"(?i)NumPy|npy|{UNKNOWN}"),
-    told("rec.h5", "the error names the kind, or what it was taken for", r"(?i)HDF5|\.mat file"),
-    told("rec.parquet", "the error names the kind, or calls it unknown", f"(?i)parquet|{UNKNOWN}"),
-    told("oak.rrd", "the error names the kind, or calls it unknown", f"(?i)rerun|rrd|{UNKNOWN}"),
-    told("foxglove.mcap", "the error names the missing calibration, or the schema", "(?i)foxglove|protobuf|camchain"),
-    told("json.mcap", "the error names the missing calibration, or the encoding", "(?i)encoding|serialised|camchain"),
+    reported("GX010042.MP4", "the error calls it a video", VIDEO),
+    reported("rgb.mov", "the error calls it a video", VIDEO),
+    reported("VID.insv", "the error calls it a video", VIDEO),
+    reported("log_12.ulg", "the error calls it a log of PX4", "(?i)ULog|PX4"),
+    reported("00000042.BIN", "the error names the kind, or calls it unknown", f"(?i)ArduPilot|DataFlash|{UNKNOWN}"),
+    reported("rec.vrs", "the error calls it VRS", r"\bVRS\b"),
+    reported("rec.svo2", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
+    reported("rec.svo", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
+    reported("MH_01_easy.zip", "the error asks to unpack it", "(?i)unpack|unzip|extract"),
+    reported("dataset-room1_512_16.tar", "the error asks to unpack it", "(?i)unpack|tar -x|extract"),
+    reported("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag", r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
+    reported("old.bag", "the error asks for `rosbag fix`", "rosbag fix"),
+    reported("active.bag.active", "read as a bag: the error reports what is missing", "(?i)not closed|reindex|first message|camchain"),
+    reported("empty.mcap", "the error calls it empty", "(?i)empty|0 bytes"),
+    reported("empty.db3", "the error calls it empty", "(?i)empty|0 bytes"),
+    reported("lfs.mcap", "the error calls it a pointer of Git LFS", "LFS"),
+    reported("login.bag", "the error calls it a web page", "HTML|(?i:web page)"),
+    reported("rec.jsonl", "the error names the kind, or calls it unknown", f"(?i)JSON|{UNKNOWN}"),
+    reported("imu.npy", "the error names the kind, or calls it unknown", f"(?i)NumPy|npy|{UNKNOWN}"),
+    reported("rec.h5", "the error names the kind, or what it was taken for", r"(?i)HDF5|\.mat file"),
+    reported("rec.parquet", "the error names the kind, or calls it unknown", f"(?i)parquet|{UNKNOWN}"),
+    reported("oak.rrd", "the error names the kind, or calls it unknown", f"(?i)rerun|rrd|{UNKNOWN}"),
+    reported("foxglove.mcap", "the error names the missing calibration, or the schema", "(?i)foxglove|protobuf|camchain"),
+    reported("json.mcap", "the error names the missing calibration, or the encoding", "(?i)encoding|serialised|camchain"),
 ]
 
 # --- folders and tables ------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ FILES = [
 DIGITS = "(?i)digits|rounded|spreadsheet|exponent|precision|different time"
 FOLDERS = [
     read("imu_seconds", "read"),
-    told("imu_float_ns", "rejected with the reason: times rounded to 10 s", DIGITS),
+    reported("imu_float_ns", "rejected with the reason: times rounded to 10 s", DIGITS),
     either("imu_no_header", "read, or a message that the first line must name the columns", "(?i)expected a line with"),
     read("imu_semicolon", "read"),
     read("imu_tabs", "read"),
@@ -103,36 +103,36 @@ FOLDERS = [
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
     read("sensor_logger", "read from two tables, with a remark", "(?i)interpolat|two tables|Gyroscope.csv|accelerometer"),
     read("two_tables", "read from two tables, with a remark", "(?i)interpolat"),
-    told("imu_excel", "rejected with the reason: times rounded by a spreadsheet", DIGITS),
+    reported("imu_excel", "rejected with the reason: times rounded by a spreadsheet", DIGITS),
     either("imu_excel15", "read: 10 µs do not matter", DIGITS),
     read("imu_deg_g", "read in deg/s and g"),
     either("imu_ros2_echo", "read, or a message: what the table lacks", "(?i)head|column"),
     read("imu_bagpy", "read"),
     either("imu_plotjuggler", "read, or a message: the names of columns", "(?i)has the columns"),
     read("images_seconds", "read"),
-    told("images_numbered", "the error asks for the times", r"(?i)times\.(csv|txt)|number"),
-    told("images_frame_n", "the error asks for the times", r"(?i)times\.(csv|txt)"),
+    reported("images_numbered", "the error asks for the times", r"(?i)times\.(csv|txt)|number"),
+    reported("images_frame_n", "the error asks for the times", r"(?i)times\.(csv|txt)"),
     either("images_left_right", "read, or a message: where images belong", "(?i)images/cam0"),
     either("images_flat", "read, or a message: where images belong", "(?i)images/cam0", like="intact, mono"),
     either("images_us", "read, or a message that names are microseconds", "(?i)microsecond"),
     either("times_txt", "read, or a message: what table is expected", r"times\.(txt|csv)"),
     read("times_seconds", "read"),
-    told("uzh_fpv", "the error names the layout or the missing calibration", "(?i)UZH|calibration|camchain"),
+    reported("uzh_fpv", "the error names the layout or the missing calibration", "(?i)UZH|calibration|camchain"),
     either("uzh_fpv_kalibr", "read, or a message: the command that converts it", "(?i)UZH|left_images.txt"),
-    told("tum_rgbd", "the error reports that there is no gyroscope", "(?i)TUM RGB-?D|gyroscope"),
+    reported("tum_rgbd", "the error reports that there is no gyroscope", "(?i)TUM RGB-?D|gyroscope"),
     either("orbslam_own", "read, or the calibration named", "(?i)ORB-?SLAM|MH.yaml|data.csv", like="intact, mono"),
     either("vins_bag", "read, or the calibration named", "(?i)VINS", at="walk.mcap"),
     either("orb_bag", "read, or the calibration named", "(?i)ORB-?SLAM", at="walk.mcap", like="intact, mono"),
-    told("kitti_like", "the error names what is missing", "(?i)calib|KITTI"),
+    reported("kitti_like", "the error names what is missing", "(?i)calib|KITTI"),
     either("msd", "read, or the calibration named", "(?i)Basalt|calibration.json"),
     either("basalt_bag", "read, or the calibration named", "(?i)Basalt|calibration.json", at="walk.mcap"),
     read("openvins", "read", at="walk.mcap"),
     shown("openvins_imu_offset", "applied or rejected, and reported", "(?i)time_offset|late|offset", at="walk.mcap"),
-    told("openvins_tg_identity", "the error names Tg", r"\bTg\b", at="walk.mcap"),
+    reported("openvins_tg_identity", "the error names Tg", r"\bTg\b", at="walk.mcap"),
     shown("openvins_tg_small", "applied or rejected, and reported", r"\bTg\b|corrected by the IMU.s intrinsics", at="walk.mcap"),
     read("openvins_named_others", "read", at="walk.mcap"),
     read("openvins_subfolder", "read", at="walk.mcap"),
-    told("kalibr_results_txt", "the error names the calibration that is missing", "(?i)camchain|CameraInfo", at="walk.mcap"),
+    reported("kalibr_results_txt", "the error names the calibration that is missing", "(?i)camchain|CameraInfo", at="walk.mcap"),
     read("kalibr_camera_only_timeshift", "read"),
 ]
 
@@ -150,12 +150,12 @@ def jump(ns):
 
 MESSAGES = [
     read("nan_covariance", "read"),
-    told("orientation_only", "the error reports that there are no rates and accelerations", "(?i)orientation|attitude|all zero|only zeros"),
+    reported("orientation_only", "the error reports that there are no rates and accelerations", "(?i)orientation|attitude|all zero|only zeros"),
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
     either("two_imus", "read, or asked to choose one", "(?i)topic"),
     read("imu_50hz", "read"),
-    told("imu_20hz", "the error reports that the IMU is too slow", SLOW),
-    told("imu_0p2hz", "the error reports that the IMU is too slow", SLOW),
+    reported("imu_20hz", "the error reports that the IMU is too slow", SLOW),
+    reported("imu_0p2hz", "the error reports that the IMU is too slow", SLOW),
     read("imu_dropped_bursts", "read"),
     read("imu_batches", "spread over the interval, with a remark", STAMPS),
     read("imu_pairs", "spread over the interval, with a remark", STAMPS),
@@ -173,9 +173,9 @@ MESSAGES = [
     read("jpeg_progressive", "read"),
     read("jpeg_empty_format", "read"),
     read("png_long", "read"),
-    told("h264", "decoded, or the format in one line (this one is no video)", "(?i)h264|h\\.264", lines=4),
+    reported("h264", "decoded, or the format in one line (this one is no video)", "(?i)h264|h\\.264", lines=4),
     either("webp", "decoded, or the format in one line", "(?i)webp", lines=4),
-    told("ffmpeg_packets", "the error names the format (this one is no video)", "(?i)ffmpeg|h264", lines=4),
+    reported("ffmpeg_packets", "the error names the format (this one is no video)", "(?i)ffmpeg|h264", lines=4),
     read("compressed_depth_beside", "read"),
     read("padded_rows", "read"),
     read("mono16_big", "read"),
@@ -186,7 +186,7 @@ MESSAGES = [
     either("32fc1", "read, or the encoding named", "32FC1"),
     read("8sc1", "read"),
     either("rgb_unnamed", "read, or the encoding named", "(?i)encoding"),
-    told("half_size", "the error has both sizes", "376"),
+    reported("half_size", "the error has both sizes", "376"),
     read("raw_and_compressed", "the complete topic, with a remark", "compressed"),
     read("repeated_frames", "read once"),
 ]
@@ -210,7 +210,7 @@ ROS2 = [
     read("log_time_rollover", "read", at="walk.mcap"),
     read("log_time_zero", "read", at="walk.mcap"),
     read("wal", "read", at="walk"),
-    told("wal_lost", "the error calls the database damaged or names the file -wal", "(?i)-wal|damaged", at="walk"),
+    reported("wal_lost", "the error calls the database damaged or names the file -wal", "(?i)-wal|damaged", at="walk"),
     either("wal_readonly", "read, or the reason reported", "(?i)-wal|permission|read-only|write", at="walk"),
     read("iron_db3", "read", at="walk"),
     read("split_missing_part", "what is there is read, with a remark on each missing file", "walk_[02]", at="walk"),
@@ -250,7 +250,7 @@ INFO = [
     read("radtan_name"),
     shown("empty_model", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     either("empty_model_with_d", "read, or the model named", "distortion model"),
-    told("uncalibrated", "the error reports that the camera is not calibrated", "(?i)not calibrated|uncalibrated|calibrat"),
+    reported("uncalibrated", "the error reports that the camera is not calibrated", "(?i)not calibrated|uncalibrated|calibrat"),
     shown("no_d", "health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     read("rational_padded"),
     read("rational_14_padded"),
@@ -259,9 +259,9 @@ INFO = [
     either("kannala", "read, or the model named", LENS),
     shown("fisheye", "the lens is not a fisheye: health and `check` blame the lens", finds="(?i)lens|distortion", healthy=False),
     either("brown_conrady", "read, or the model named", "distortion model"),
-    told("no_tf", "the error asks for the transform", "(?i)tf_static|transform"),
+    reported("no_tf", "the error asks for the transform", "(?i)tf_static|transform"),
     read("tf_not_static", "the constant /tf is read, with a remark", "/tf"),
-    told("tf_one_camera", "the error names the frame without a transform", "right_optical"),
+    reported("tf_one_camera", "the error names the frame without a transform", "right_optical"),
     read("tf_body_frames"),
     read("tf_many_messages"),
     read("slash_frames"),
@@ -273,7 +273,7 @@ INFO = [
     read("namespace"),
     read("color_and_mono"),
     read("noise_named_otherwise"),
-    told("no_noise", "the error asks for the noise", "(?i)noise"),
+    reported("no_noise", "the error asks for the noise", "(?i)noise"),
     read("roi"),
 ]
 
@@ -301,8 +301,8 @@ SENSORS = [
 
 @dataclasses.dataclass(frozen=True)
 class TruthRule:
-    """`chasles evaluate RUN FILE`. same: exit 0 and the figures of the plain truth; told: a message says it, with
-    figures or as an error; same or told: either. attitude: False where the file has none, so that the figures of the
+    """`chasles evaluate RUN FILE`. same: exit 0 and the figures of the plain truth; reported: a message says it, with
+    figures or as an error; same or reported: either. attitude: False where the file has none, so that the figures of the
     attitude and of the pose must be left out. says: also needed with "same"."""
     name: str
     right: str
@@ -314,31 +314,31 @@ class TruthRule:
 CLOCK = r"(?i)clock|\b(late|early)\b|time offset"
 POSITIONS = dict(end="same", attitude=False)
 TRUTHS = [
-    TruthRule("relative_time.tum", "a message that no time is common", "told", "(?i)overlap|span|0 poses"),
-    TruthRule("offset_37s.tum", "a message that no time is common, or that the clock is 37 s off", "told", r"(?i)overlap|span|0 poses|\b37"),
-    TruthRule("off20.tum", "a message that the truth's clock is 20 ms off", "told", CLOCK),
-    TruthRule("off50.tum", "a message that the truth's clock is 50 ms off", "told", CLOCK),
-    TruthRule("off100.tum", "a message that the truth's clock is 100 ms off", "told", CLOCK),
-    TruthRule("offset_0p2s.tum", "a message that the truth's clock is 200 ms off", "told", CLOCK),
-    TruthRule("unsorted.tum", "sorted, or a message", "same or told", "(?i)order|sort|increas"),
-    TruthRule("two_files_joined.tum", "read, or a message", "same or told", "(?i)order|sort|increas|twice|repeat"),
-    TruthRule("duplicates.tum", "read once, or a message", "same or told", "(?i)order|twice|repeat|duplicate|increas"),
-    TruthRule("nan_rows.tum", "read without these rows, or a message", "same or told", "(?i)finite|nan|not a number|lost"),
-    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or told", "(?i)quaternion|attitude|lost", attitude=False),
+    TruthRule("relative_time.tum", "a message that no time is common", "reported", "(?i)overlap|span|0 poses"),
+    TruthRule("offset_37s.tum", "a message that no time is common, or that the clock is 37 s off", "reported", r"(?i)overlap|span|0 poses|\b37"),
+    TruthRule("off20.tum", "a message that the truth's clock is 20 ms off", "reported", CLOCK),
+    TruthRule("off50.tum", "a message that the truth's clock is 50 ms off", "reported", CLOCK),
+    TruthRule("off100.tum", "a message that the truth's clock is 100 ms off", "reported", CLOCK),
+    TruthRule("offset_0p2s.tum", "a message that the truth's clock is 200 ms off", "reported", CLOCK),
+    TruthRule("unsorted.tum", "sorted, or a message", "same or reported", "(?i)order|sort|increas"),
+    TruthRule("two_files_joined.tum", "read, or a message", "same or reported", "(?i)order|sort|increas|twice|repeat"),
+    TruthRule("duplicates.tum", "read once, or a message", "same or reported", "(?i)order|twice|repeat|duplicate|increas"),
+    TruthRule("nan_rows.tum", "read without these rows, or a message", "same or reported", "(?i)finite|nan|not a number|lost"),
+    TruthRule("zero_quaternion.tum", "positions alone, or a message", "same or reported", "(?i)quaternion|attitude|lost", attitude=False),
     TruthRule("positions.txt", "positions alone, reported", "same", "(?i)position|attitude", attitude=False),
     TruthRule("identity_quaternion.tum", "positions alone, reported", "same", "(?i)attitude|position", attitude=False),
-    TruthRule("wxyz.tum", "a message that w comes first", "told", r"(?i)\bw\b|wxyz|real part|order of the quaternion|quaternion"),
-    TruthRule("kitti.txt", "a message that there are no times", "told", "(?i)KITTI|time|column"),
-    TruthRule("euler_degrees.txt", "a message that angles are no quaternion", "told", "(?i)column|quaternion|angle|euler"),
-    TruthRule("millimetres.tum", "a message that the unit is millimetres", "told", "(?i)millimet|scale|unit"),
-    TruthRule("rounded.tum", "the same figures, or a message", "same or told", "(?i)round|digits|decimal"),
-    TruthRule("sparse_1hz.tum", "figures at fewer times, or a message", "same or told", "(?i)gap|sparse|interval|apart"),
-    TruthRule("of_cam0.tum", "a message that the poses are of the camera", "told", "(?i)cam0|camera"),
-    TruthRule("inverse.tum", "a message that the poses are inverse", "told", "(?i)invers"),
-    TruthRule("x_up.tum", "a message that another axis points up", "told", r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
-    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or told", "(?i)openvins|invers|quaternion|column|order"),
-    TruthRule("comma_decimal.csv", "read, or a message", "same or told", "(?i)comma|;|semicolon"),
-    TruthRule("truth.mcap", "read, or a message: the command that converts it", "same or told", "PoseStamped|/gt"),
+    TruthRule("wxyz.tum", "a message that w comes first", "reported", r"(?i)\bw\b|wxyz|real part|order of the quaternion|quaternion"),
+    TruthRule("kitti.txt", "a message that there are no times", "reported", "(?i)KITTI|time|column"),
+    TruthRule("euler_degrees.txt", "a message that angles are no quaternion", "reported", "(?i)column|quaternion|angle|euler"),
+    TruthRule("millimetres.tum", "a message that the unit is millimetres", "reported", "(?i)millimet|scale|unit"),
+    TruthRule("rounded.tum", "the same figures, or a message", "same or reported", "(?i)round|digits|decimal"),
+    TruthRule("sparse_1hz.tum", "figures at fewer times, or a message", "same or reported", "(?i)gap|sparse|interval|apart"),
+    TruthRule("of_cam0.tum", "a message that the poses are of the camera", "reported", "(?i)cam0|camera"),
+    TruthRule("inverse.tum", "a message that the poses are inverse", "reported", "(?i)invers"),
+    TruthRule("x_up.tum", "a message that another axis points up", "reported", r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
+    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or reported", "(?i)openvins|invers|quaternion|column|order"),
+    TruthRule("comma_decimal.csv", "read, or a message", "same or reported", "(?i)comma|;|semicolon"),
+    TruthRule("truth.mcap", "read, or a message: the command that converts it", "same or reported", "PoseStamped|/gt"),
 ]
 
 # --- all of them -------------------------------------------------------------------------------------------

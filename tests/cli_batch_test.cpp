@@ -37,7 +37,7 @@ TEST(RunBatch, WritesTheFilesOfARunTheSameEveryTime) {
             Json::parse(filter.out).at("ate_posyaw_m").get<double>());
 }
 
-TEST(RunBatch, TakesItsSettingsAndRefusesOthers) {
+TEST(RunBatch, TakesItsSettingsAndRejectsOthers) {
   const Scratch folder;
   simulate_turntable(folder);
   const std::string command = "run rec --begin truth --estimator batch --json --quiet ";
@@ -48,15 +48,15 @@ TEST(RunBatch, TakesItsSettingsAndRefusesOthers) {
   EXPECT_LT(summary.at("frames").get<int>(), 50);
   EXPECT_EQ(summary.at("settings").at("batch.landmarks"), "cartesian");
 
-  const auto refused = [&](const std::string& more, const std::string& words) {
+  const auto rejected = [&](const std::string& more, const std::string& words) {
     const Outcome outcome = chasles(folder, command + more);
     EXPECT_EQ(outcome.code, 1) << more;
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   };
-  refused("--set batch.loss=square", "huber");
-  refused("--set batch.max_iterations=0", "batch.max_iterations");
-  refused("--set calibrate_extrinsics=true", "calibrate_extrinsics");
-  refused("--realtime", "--realtime");
+  rejected("--set batch.loss=square", "huber");
+  rejected("--set batch.max_iterations=0", "batch.max_iterations");
+  rejected("--set calibrate_extrinsics=true", "calibrate_extrinsics");
+  rejected("--realtime", "--realtime");
   const Outcome unknown = chasles(folder, "run rec --estimator swarm");
   EXPECT_EQ(unknown.code, 1);
   EXPECT_NE(unknown.err.find("filter, batch or window:N"), std::string::npos);
@@ -76,7 +76,7 @@ TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {
 }
 
 // Any landmark coordinates and a poor initial estimate lead to the same minimum.
-TEST(RunBatch, BeginsAsBadlyAsItIsTold) {
+TEST(RunBatch, BeginsAsBadlyAsStated) {
   const Scratch folder;
   simulate_turntable(folder);
   const auto batch = [&](const std::string& more) {
@@ -167,15 +167,15 @@ TEST(RunBatch, WithBodyVelocitiesTheSame) {
   EXPECT_EQ(batch.at("settings").at("stereo_rows"), "mean");
   EXPECT_TRUE(batch.at("nis_per_dof").is_null());
   EXPECT_TRUE(batch.at("batch_seconds_solve").is_number());
-  const auto refused = [&](const std::string& more, const std::string& words) {
+  const auto rejected = [&](const std::string& more, const std::string& words) {
     const Outcome outcome = chasles(folder, command + "--estimator batch " + more);
     EXPECT_EQ(outcome.code, 1) << more;
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   };
-  refused("--mode localize", "--mode slam");
-  refused("--full-covariance P.npy", "--full-covariance");
-  refused("--set batch.loss=square", "huber");
-  refused("--set initial_landmark_sigma=0.1", "initial_landmark_sigma");
+  rejected("--mode localize", "--mode slam");
+  rejected("--full-covariance P.npy", "--full-covariance");
+  rejected("--set batch.loss=square", "huber");
+  rejected("--set initial_landmark_sigma=0.1", "initial_landmark_sigma");
 }
 
 }  // namespace

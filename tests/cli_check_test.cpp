@@ -4,8 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "cli_test.hpp"
 
@@ -89,7 +89,7 @@ TEST(Check, InvertedAndTurnedExtrinsicsAreNamed) {
   EXPECT_NEAR(off["value"].get<double>(), 5, 1.5);
 }
 
-// Without a truth. The filter itself tells with which change it works.
+// Without a truth. The filter itself shows with which change it works.
 TEST(Check, AWrongSignAxisOrUnitOfTheImuIsNamed) {
   const Scratch folder;
   simulate_walk(folder);
@@ -150,7 +150,7 @@ TEST(Saturation, IsFoundAndARunGoesOnThroughIt) {
   }
 }
 
-TEST(Check, MisuseAndBadInputAreTold) {
+TEST(Check, MisuseAndBadInputAreReported) {
   const Scratch folder;
   expect_error(chasles(folder, "check"), 1, "RECORDING is required");
   expect_error(chasles(folder, "check missing"), 2, "missing: no such file or folder");

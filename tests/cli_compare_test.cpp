@@ -152,7 +152,7 @@ TEST(Compare, DrivesInLoopsWithTheFourCharts) {
 }
 
 // `chasles report` of the studies of compare and montecarlo.
-TEST(ReportOfStudies, IsToldFromThatOfRunsByContent) {
+TEST(ReportOfStudies, IsDistinguishedFromThatOfRunsByContent) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "compare " + kScene + "--preset paper -o one --quiet").code, 0);
   ASSERT_EQ(chasles(folder,
@@ -177,18 +177,18 @@ TEST(ReportOfStudies, SaysWhatIsWrong) {
   const std::string study =
       "montecarlo loops --scene-set steps=60 --scene-set loops=1 --runs 2 --quiet -o a";
   ASSERT_EQ(chasles(folder, study).code, 0);
-  const auto refused = [&](const char* part) {
+  const auto rejected = [&](const char* part) {
     expect_error(chasles(folder, "report a -o x.html"), 2, part);
     EXPECT_FALSE(std::filesystem::exists(folder / "x.html")) << part;
   };
   const std::string trials = slurp(folder / "a" / "trials.jsonl");
   spill(folder / "a" / "trials.jsonl", trials.substr(0, trials.size() / 2));
-  refused("trials.jsonl");
+  rejected("trials.jsonl");
   spill(folder / "a" / "trials.jsonl", trials);
   std::filesystem::remove(folder / "a" / "curves.csv");
-  refused("curves.csv");
+  rejected("curves.csv");
   std::filesystem::remove(folder / "a" / "summary.json");
-  refused("the study is not complete");
+  rejected("the study is not complete");
   simulate(folder);
   ASSERT_EQ(chasles(folder, "run rec -o run --quiet").code, 0);
   expect_error(chasles(folder, "report a run -o x.html"), 1, "a page shows runs or studies");
@@ -196,7 +196,7 @@ TEST(ReportOfStudies, SaysWhatIsWrong) {
   expect_error(chasles(folder, "report none -o x.html"), 2, "none");
 }
 
-TEST(Compare, RefusesWhatItDoesNotKnow) {
+TEST(Compare, RejectsWhatItDoesNotKnow) {
   const Scratch folder;
   expect_error(chasles(folder, "compare halway"), 1, "neither a scene nor a recording");
   expect_error(chasles(folder, "compare trajectory"), 1, "--path FILE");

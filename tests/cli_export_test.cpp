@@ -58,7 +58,7 @@ TEST(Export, WhatCannotBeDoneIsSaid) {
   EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
 }
 
-TEST(Export, ARunTellsWhenLandmarksWereSeenAndWhatStagesTook) {
+TEST(Export, ARunShowsWhenLandmarksWereSeenAndWhatStagesTook) {
   const Scratch folder;
   simulate_and_run(folder);
   const auto run = read_run(folder / "out");

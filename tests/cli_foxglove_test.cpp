@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <chasles/live/testing.hpp>
 #include <chasles/base/opencv_codecs_testing.hpp>
+#include <chasles/live/testing.hpp>
 
 #include "cli_process.hpp"
 #include "cli_test.hpp"

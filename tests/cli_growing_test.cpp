@@ -24,7 +24,7 @@ struct LongRun {
                 "run.log") {}
 
   /// Whether the estimates so far can be read.
-  bool begun() const {
+  bool started() const {
     for (int tries = 0; tries < 300; ++tries) {
       if (std::filesystem::exists(out + "/growing/summary.json")) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -51,7 +51,7 @@ TEST(Growing, ViewFollowsARunToItsEnd) {
   const Scratch folder;
   LongRun run(folder);
   ASSERT_EQ(run.made, 0);
-  ASSERT_TRUE(run.begun()) << run.process.output();
+  ASSERT_TRUE(run.started()) << run.process.output();
   const Outcome second = chasles(folder, "run hallway -o out --quiet");
   EXPECT_EQ(second.code, 1);
   expect_part(second.err, "another run is being written into it");
@@ -85,7 +85,7 @@ TEST(Growing, OfAKilledRunThereIsWhatItHadEstimated) {
   const Scratch folder;
   LongRun run(folder);
   ASSERT_EQ(run.made, 0);
-  ASSERT_TRUE(run.begun()) << run.process.output();
+  ASSERT_TRUE(run.started()) << run.process.output();
   Process view(folder, {"view", run.out});
   const auto port = static_cast<std::uint16_t>(view.port());
   ASSERT_GT(port, 0) << view.output();

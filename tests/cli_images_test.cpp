@@ -46,7 +46,7 @@ TEST(SimulateImages, TakesTheCamerasOfARecording) {
                "--cameras b: has 1 cameras; expected 2");
 }
 
-TEST(SimulateImages, RefusesWhatCannotBe) {
+TEST(SimulateImages, RejectsWhatCannotBe) {
   const Scratch folder;
   std::filesystem::create_directories(folder / "mine");
   spill(folder / "mine/notes.txt", "of years");

@@ -50,7 +50,7 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
 
   const auto run = read_run(folder / "one");
   ASSERT_EQ(run.images.size(), (read_recording(folder / "walk").images->size() + 6) / 7);
-  std::map<chasles::Outcome, int> fates;
+  std::map<chasles::Outcome, int> outcomes;
   // A state's time is the IMU's, an image's the camera's: they differ by the time offset.
   const Time offset = std::chrono::milliseconds(20);
   const auto state_of = [&](const RunImage& image) {
@@ -63,10 +63,10 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
     EXPECT_LT(image.jpeg.size(), 40'000u) << "the limit of --help";
     int used = 0, rejected = 0;
     for (const RunFeature& f : image.features) {
-      ++fates[f.judged.outcome];
-      used += f.judged.outcome == chasles::Outcome::kUsed;
-      rejected += f.judged.outcome == chasles::Outcome::kRejected;
-      const Eigen::Vector2d& p = f.judged.observation.pixel;
+      ++outcomes[f.assessed.outcome];
+      used += f.assessed.outcome == chasles::Outcome::kUsed;
+      rejected += f.assessed.outcome == chasles::Outcome::kRejected;
+      const Eigen::Vector2d& p = f.assessed.observation.pixel;
       EXPECT_TRUE(p.x() >= 0 && p.y() >= 0 && p.x() < image.width && p.y() < image.height);
     }
     const auto state = state_of(image);
@@ -78,8 +78,8 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
     EXPECT_EQ(used, state->used);
     EXPECT_EQ(rejected, state->rejected);
   }
-  EXPECT_GT(fates[chasles::Outcome::kUsed], 100);
-  EXPECT_GT(fates[chasles::Outcome::kWaiting], 100);
+  EXPECT_GT(outcomes[chasles::Outcome::kUsed], 100);
+  EXPECT_GT(outcomes[chasles::Outcome::kWaiting], 100);
 
   ASSERT_EQ(chasles(folder, "report one -o with.html --quiet").code, 0);
   ASSERT_EQ(chasles(folder, "report none -o without.html --quiet").code, 0);
@@ -106,7 +106,7 @@ TEST(KeepImages, OfTracksThePointsAloneAreKept) {
   ASSERT_EQ(chasles(folder, "report run -o page.html --quiet").code, 0);
 }
 
-TEST(KeepImages, WhatCannotBeIsRefused) {
+TEST(KeepImages, WhatCannotBeIsRejected) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate street-ins -o street --quiet").code, 0);
   for (const char* n : {"0", "-3", "2.5", "99999999999", "all"}) {

@@ -147,7 +147,7 @@ TEST(MapCommand, TwoRunsThatExtendOneMapLoseNothing) {
   EXPECT_FALSE(expected.empty());
 }
 
-TEST(MapCommand, ALinkStaysAPipeIsRefusedAndNamesCommandNoTerminal) {
+TEST(MapCommand, ALinkStaysAPipeIsRejectedAndNamesCommandNoTerminal) {
   const Scratch folder;
   simulate_walk(folder, "first", "");
   std::filesystem::create_symlink("real.map", folder / "link.map");

@@ -76,7 +76,7 @@ TEST(MonteCarloCommand, GoesOnWhereItWasKilled) {
   }
 }
 
-TEST(MonteCarloCommand, ResumesWhatIsCompleteOrNotBegun) {
+TEST(MonteCarloCommand, ResumesWhatIsCompleteOrNotStarted) {
   const Scratch folder;
   do_study(folder, "-o a --resume");
   do_study(folder, "-o b");
@@ -111,7 +111,7 @@ TEST(MonteCarloCommand, JoinsShards) {
   expect_error(chasles(folder, "montecarlo --merge s1 s2 -o x"), 2, "not complete");
 }
 
-TEST(MonteCarloCommand, RefusesToMixStudies) {
+TEST(MonteCarloCommand, RejectsToMixStudies) {
   const Scratch folder;
   do_study(folder, "-o a");
   expect_error(chasles(folder, kStudy + "-o a"), 1, "--resume continues it");
@@ -119,13 +119,13 @@ TEST(MonteCarloCommand, RefusesToMixStudies) {
                "they differ at /filters/0/settings/gate");
   expect_error(chasles(folder, kStudy + "-o a --resume --seed 9"), 1, "/scene/seed");
   expect_error(chasles(folder, kStudy + "-o a --resume --first 1"), 1, "holds run 0");
-  EXPECT_TRUE(std::filesystem::exists(folder / "a" / "summary.json")) << "a refusal harmed it";
+  EXPECT_TRUE(std::filesystem::exists(folder / "a" / "summary.json")) << "a rejection harmed it";
   std::string trials = slurp(folder / "a" / "trials.jsonl");
   spill(folder / "a" / "trials.jsonl", "{\"run\": 0}\n" + trials);
   expect_error(chasles(folder, kStudy + "-o a --resume"), 2, "trials.jsonl:1: not a trial");
 }
 
-TEST(MonteCarloCommand, RefusesWhatItDoesNotKnow) {
+TEST(MonteCarloCommand, RejectsWhatItDoesNotKnow) {
   const Scratch folder;
   expect_error(chasles(folder, "montecarlo -o x"), 1, "SCENE is required");
   expect_error(chasles(folder, "montecarlo hallway -o x"), 1, "--runs is required");
@@ -200,28 +200,28 @@ TEST(LoopsStudy, HasTheSameBytesHoweverItCameAbout) {
                "they differ at /filters/0/settings/first_estimates");
 }
 
-TEST(LoopsStudy, RefusesWhatItDoesNotHave) {
+TEST(LoopsStudy, RejectsWhatItDoesNotHave) {
   const Scratch folder;
-  const auto refused = [&](const std::string& arguments, const char* part) {
+  const auto rejected = [&](const std::string& arguments, const char* part) {
     expect_error(chasles(folder, kLoops + "-o x " + arguments), 1, part);
     EXPECT_FALSE(std::filesystem::exists(folder / "x")) << arguments;
   };
-  refused("--preset paper", "the scene loops has neither");
-  refused("--landmarks cartesian", "initialises a landmark at the first observation");
-  refused("--init multi-view", "initialises a landmark at the first observation");
-  refused("--path x", "for the scene trajectory, not for loops");
-  refused("--real-imu", "for the scene trajectory, not for loops");
-  refused("--charts left", "--charts: chart: found 'left'");
-  refused("--charts standard,standard", "is there twice");
-  refused("--set gate=0.9", "unknown key 'gate' (known keys: chart, first_estimates)");
-  refused("--set chart=standard", "expected --charts");
-  refused("--scene-set sigma=nan", "sigma: found 'nan'");
-  refused("--scene-set sigma=2",
-          "sigma: found '2', expected a finite number not below 0 and not above 1");
-  refused("--scene-set loops=500", "at least 4 steps a loop");
-  refused("--scene-set sectons=1", "unknown key 'sectons'");
-  refused("--scene-set sigma", "--scene-set: found 'sigma', expected key=value");
-  refused("--seed x", "--seed: found 'x'");
+  rejected("--preset paper", "the scene loops has neither");
+  rejected("--landmarks cartesian", "initialises a landmark at the first observation");
+  rejected("--init multi-view", "initialises a landmark at the first observation");
+  rejected("--path x", "for the scene trajectory, not for loops");
+  rejected("--real-imu", "for the scene trajectory, not for loops");
+  rejected("--charts left", "--charts: chart: found 'left'");
+  rejected("--charts standard,standard", "is there twice");
+  rejected("--set gate=0.9", "unknown key 'gate' (known keys: chart, first_estimates)");
+  rejected("--set chart=standard", "expected --charts");
+  rejected("--scene-set sigma=nan", "sigma: found 'nan'");
+  rejected("--scene-set sigma=2",
+           "sigma: found '2', expected a finite number not below 0 and not above 1");
+  rejected("--scene-set loops=500", "at least 4 steps a loop");
+  rejected("--scene-set sectons=1", "unknown key 'sectons'");
+  rejected("--scene-set sigma", "--scene-set: found 'sigma', expected key=value");
+  rejected("--seed x", "--seed: found 'x'");
 }
 
 #ifdef CHASLES_MPIRUN
@@ -288,7 +288,7 @@ TEST(TrialLine, IsReadBackTheSame) {
   EXPECT_THROW(app::from_line("{\"run\":", "x"), InputError);
 }
 
-TEST(ProgressOfRuns, TellsWhatIsLeft) {
+TEST(ProgressOfRuns, ShowsWhatIsLeft) {
   EXPECT_NE(
       app::progress_text(25, 100, 500, 10, "runs").find("25/100 runs, 50 x real time, 30.0 s"),
       std::string::npos);

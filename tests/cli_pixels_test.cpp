@@ -186,25 +186,25 @@ TEST(RenderedWalk, WithTooLittleToBeginSaysWhatWasMissing) {
   const Outcome outcome = chasles(folder, "run walk --stop 0.4");
   EXPECT_EQ(outcome.code, 3);
   EXPECT_NE(outcome.err.find("not initialised after"), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find("at rest"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("static: "), std::string::npos) << outcome.err;
 }
 
-TEST(RunFromImages, RefusesWhatItCannotDo) {
+TEST(RunFromImages, RejectsWhatItCannotDo) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=6 -o walk --quiet").code,
             0);
-  const auto refused = [&](const std::string& options, const std::string& why) {
+  const auto rejected = [&](const std::string& options, const std::string& why) {
     const Outcome outcome = chasles(folder, "run walk " + options);
     EXPECT_EQ(outcome.code, 1) << options;
     EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
   };
-  refused("--cameras stereo", "expected at least 2");
-  refused("--cameras trio", "expected mono or stereo");
-  refused("--begin never", "expected auto or truth");
-  refused("--set frontend.window=8", "odd");
-  refused("--set frontend.windw=8", "did you mean 'frontend.window'");
-  refused("--set start.max_window=0", "start.max_window");
-  refused("--threads 4", "--threads");
+  rejected("--cameras stereo", "expected at least 2");
+  rejected("--cameras trio", "expected mono or stereo");
+  rejected("--begin never", "expected auto or truth");
+  rejected("--set frontend.window=8", "odd");
+  rejected("--set frontend.windw=8", "did you mean 'frontend.window'");
+  rejected("--set start.max_window=0", "start.max_window");
+  rejected("--threads 4", "--threads");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(Realtime, EveryFrameIsEstimatedOrDropped) {
   }
 }
 
-TEST(Realtime, IsToldOnTheCommandLine) {
+TEST(Realtime, IsReportedOnTheCommandLine) {
   const Scratch folder;
   simulate_hallway(folder);
   const Outcome outcome = chasles(folder, "run rec --begin truth --stop 1 --realtime");
@@ -66,7 +66,7 @@ TEST(Realtime, IsToldOnTheCommandLine) {
   expect_part(outcome.out, "latency from a frame to its estimate: mean ");
 }
 
-TEST(Realtime, WithoutItNothingIsToldOfIt) {
+TEST(Realtime, WithoutItNothingIsReportedOfIt) {
   const Scratch folder;
   simulate_hallway(folder);
   const Outcome outcome = chasles(folder, "run rec --begin truth --stop 1 --json --quiet");
@@ -102,7 +102,7 @@ TEST(Realtime, AnInterruptEndsTheWait) {
   expect_part(summary.at("remarks").dump(), "interrupted after ");
 }
 
-TEST(Realtime, RefusesWhatItCannotDo) {
+TEST(Realtime, RejectsWhatItCannotDo) {
   const Scratch folder;
   simulate(folder);
   expect_error(chasles(folder, "run rec --realtime"), 1,

@@ -355,11 +355,11 @@ TEST(RealRecording, OfKittiRunsWithoutAnOption) {
                           "' --quiet --ate-below 2.1 --rpe-below 1.21");
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   expect_part(outcome.out, "the velocities are along level axes, not the IMU's");
-  const Outcome refused =
+  const Outcome rejected =
       chasles(folder, "run '" + (data / "ece276a_2018/0042.npz").string() +
-                          "' --quiet --mode localize --set velocity_axes=level -o refused");
-  EXPECT_EQ(refused.code, 1);
-  expect_part(refused.err, "velocity_axes=level");
+                          "' --quiet --mode localize --set velocity_axes=level -o rejected");
+  EXPECT_EQ(rejected.code, 1);
+  expect_part(rejected.err, "velocity_axes=level");
 }
 
 }  // namespace

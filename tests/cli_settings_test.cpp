@@ -17,17 +17,17 @@ using test::expect_part;
 using test::Scratch;
 using test::spill;
 
-std::string refusal(const std::string& assignment) {
+std::string rejection(const std::string& assignment) {
   VelocitySlamSettings settings;
   try {
     set(setting_list(settings), assignment);
   } catch (const UsageError& error) {
     return error.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
-std::string refusal_of_file(const std::string& yaml) {
+std::string rejection_of_file(const std::string& yaml) {
   const Scratch folder;
   spill(folder / "c.yaml", yaml);
   VelocitySlamSettings settings;
@@ -36,7 +36,7 @@ std::string refusal_of_file(const std::string& yaml) {
   } catch (const UsageError& error) {
     return error.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
 TEST(Settings, EveryDefaultIsAcceptedAsItIsPrinted) {
@@ -61,37 +61,37 @@ TEST(Settings, AreReadInEveryNotationOfANumber) {
   EXPECT_FALSE(settings.gyro_bias);
 }
 
-TEST(Settings, ThatAreNotNumbersAreRefused) {
+TEST(Settings, ThatAreNotNumbersAreRejected) {
   for (const char* text : {"nan", "inf", "-inf", "1e999", "", "1.5x", "0x10", "1,5", "eins"}) {
-    expect_part(refusal(std::string("velocity_sigma=") + text),
+    expect_part(rejection(std::string("velocity_sigma=") + text),
                 std::string("--set: velocity_sigma: found '") + text +
                     "', expected a finite number not below 0 [m/s], or auto");
   }
 }
 
-TEST(Settings, OutOfRangeAreRefused) {
-  expect_part(refusal("gate=0"), "found '0', expected a finite number above 0 and not above 1");
-  expect_part(refusal("gate=1.01"), "not above 1");
-  expect_part(refusal("waiting_landmarks=-1"), "expected a whole number not below 0");
-  expect_part(refusal("waiting_landmarks=2.5"), "expected a whole number not below 0");
-  expect_part(refusal("waiting_landmarks=99999999999"), "expected a whole number not below 0");
-  expect_part(refusal("pixel_sigma=0"), "expected a finite number above 0");
-  expect_part(refusal("gyro_bias=1"), "found '1', expected true or false");
+TEST(Settings, OutOfRangeAreRejected) {
+  expect_part(rejection("gate=0"), "found '0', expected a finite number above 0 and not above 1");
+  expect_part(rejection("gate=1.01"), "not above 1");
+  expect_part(rejection("waiting_landmarks=-1"), "expected a whole number not below 0");
+  expect_part(rejection("waiting_landmarks=2.5"), "expected a whole number not below 0");
+  expect_part(rejection("waiting_landmarks=99999999999"), "expected a whole number not below 0");
+  expect_part(rejection("pixel_sigma=0"), "expected a finite number above 0");
+  expect_part(rejection("gyro_bias=1"), "found '1', expected true or false");
 }
 
 TEST(Settings, WithChoicesListThem) {
-  expect_part(refusal("chart=left"),
+  expect_part(rejection("chart=left"),
               "found 'left', expected one of standard, left-se3, right-se3, right-sen3");
 }
 
 TEST(Settings, NeedAKeyAndAValue) {
-  expect_part(refusal("gate"), "--set: found 'gate', expected key=value");
-  expect_part(refusal("=1"), "expected key=value");
-  expect_part(refusal("gaet=1"), "--set: unknown key 'gaet'; did you mean 'gate'? (known keys: ");
+  expect_part(rejection("gate"), "--set: found 'gate', expected key=value");
+  expect_part(rejection("=1"), "expected key=value");
+  expect_part(rejection("gaet=1"), "--set: unknown key 'gaet'; did you mean 'gate'? (known keys: ");
 }
 
 TEST(Settings, OfAGroupAreSuggestedForTheirNameAlone) {
-  const auto refusal_of = [](const std::string& assignment) -> std::string {
+  const auto rejection_of = [](const std::string& assignment) -> std::string {
     SettingSources sources;
     sources.sets = {assignment};
     try {
@@ -99,39 +99,39 @@ TEST(Settings, OfAGroupAreSuggestedForTheirNameAlone) {
     } catch (const UsageError& error) {
       return error.what();
     }
-    return "nothing was refused";
+    return "nothing was rejected";
   };
-  const std::string message = refusal_of("predicted_levels=1");
+  const std::string message = rejection_of("predicted_levels=1");
   expect_part(message, "; did you mean 'frontend.predicted_levels'? (--help lists the ");
   EXPECT_LT(message.size(), 120U);  // not a list of a hundred names
-  expect_part(refusal_of("predicted_level=1"), "did you mean 'frontend.predicted_levels'?");
-  expect_part(refusal_of("frontend.max_track=1"), "did you mean 'frontend.max_tracks'?");
-  expect_part(refusal_of("max_tracks=1"), "'start.max_tracks' or 'frontend.max_tracks'?");
+  expect_part(rejection_of("predicted_level=1"), "did you mean 'frontend.predicted_levels'?");
+  expect_part(rejection_of("frontend.max_track=1"), "did you mean 'frontend.max_tracks'?");
+  expect_part(rejection_of("max_tracks=1"), "'start.max_tracks' or 'frontend.max_tracks'?");
 }
 
 TEST(SettingsFile, NamesTheLineOfAnUnknownKey) {
-  const std::string message = refusal_of_file("# a comment\n\ngate: 0.9\nchrat: standard\n");
+  const std::string message = rejection_of_file("# a comment\n\ngate: 0.9\nchrat: standard\n");
   expect_part(message, "c.yaml:4: unknown key 'chrat'; did you mean 'chart'? (known keys: mode, ");
 }
 
 TEST(SettingsFile, NamesTheLineOfAMalformedValue) {
-  expect_part(refusal_of_file("gate: .nan\n"), "c.yaml:1: gate: found '.nan'");
-  expect_part(refusal_of_file("gate: 0.9\npixel_sigma: wide\n"), "c.yaml:2: pixel_sigma: found");
-  expect_part(refusal_of_file("gate:\n"), "c.yaml:1: gate: found '', expected");
-  expect_part(refusal_of_file("gate: [0.9, 1]\n"), "c.yaml:1: gate: found 'a list or a map'");
+  expect_part(rejection_of_file("gate: .nan\n"), "c.yaml:1: gate: found '.nan'");
+  expect_part(rejection_of_file("gate: 0.9\npixel_sigma: wide\n"), "c.yaml:2: pixel_sigma: found");
+  expect_part(rejection_of_file("gate:\n"), "c.yaml:1: gate: found '', expected");
+  expect_part(rejection_of_file("gate: [0.9, 1]\n"), "c.yaml:1: gate: found 'a list or a map'");
 }
 
-TEST(SettingsFile, ThatIsNoListOfSettingsIsRefused) {
-  expect_part(refusal_of_file("- gate\n"), "c.yaml:1: expected lines of `key: value`");
-  expect_part(refusal_of_file("gate: 0.9\n  chart: {\n"), "c.yaml:2: not YAML: ");
-  expect_part(refusal_of_file("gate: 0.9\nmode: slam\ngate: 0.8\n"),
+TEST(SettingsFile, ThatIsNoListOfSettingsIsRejected) {
+  expect_part(rejection_of_file("- gate\n"), "c.yaml:1: expected lines of `key: value`");
+  expect_part(rejection_of_file("gate: 0.9\n  chart: {\n"), "c.yaml:2: not YAML: ");
+  expect_part(rejection_of_file("gate: 0.9\nmode: slam\ngate: 0.8\n"),
               "c.yaml:3: key 'gate' is repeated");
-  expect_part(refusal_of_file("just words\n"), "c.yaml:1: expected lines of `key: value`");
+  expect_part(rejection_of_file("just words\n"), "c.yaml:1: expected lines of `key: value`");
 }
 
 TEST(SettingsFile, MayBeEmpty) {
-  EXPECT_EQ(refusal_of_file("# nothing but a comment\n"), "nothing was refused");
-  EXPECT_EQ(refusal_of_file(""), "nothing was refused");
+  EXPECT_EQ(rejection_of_file("# nothing but a comment\n"), "nothing was rejected");
+  EXPECT_EQ(rejection_of_file(""), "nothing was rejected");
 }
 
 TEST(SettingsFile, ThatIsMissingIsABadInput) {
@@ -199,24 +199,24 @@ TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
   EXPECT_GE(files, 8);
 }
 
-TEST(SettingsSources, ThatDoNotGoTogetherAreRefusedBeforeTheRecordingIsRead) {
-  const auto refused = [](auto read, const std::vector<std::string>& sets) -> std::string {
+TEST(SettingsSources, ThatDoNotGoTogetherAreRejectedBeforeTheRecordingIsRead) {
+  const auto rejected = [](auto read, const std::vector<std::string>& sets) -> std::string {
     try {
       read({.config = "", .sets = sets, .chart = "", .mode = ""});
     } catch (const UsageError& error) {
       return error.what();
     }
-    return "nothing was refused";
+    return "nothing was rejected";
   };
-  expect_part(refused(velocity_run_settings_from, {"velocity_axes=level", "mode=map"}),
+  expect_part(rejected(velocity_run_settings_from, {"velocity_axes=level", "mode=map"}),
               "velocity_axes=level");
-  expect_part(refused(inertial_run_settings_from, {"composition_interval=1"}),
+  expect_part(rejected(inertial_run_settings_from, {"composition_interval=1"}),
               "composition_interval: found 1, expected 0 without nav_attitude");
-  expect_part(refused(inertial_run_settings_from, {"start.max_window=0.5"}),
+  expect_part(rejected(inertial_run_settings_from, {"start.max_window=0.5"}),
               "start.max_window: found 0.5");
-  expect_part(refused(inertial_run_settings_from, {"frontend.window=14"}),
+  expect_part(rejected(inertial_run_settings_from, {"frontend.window=14"}),
               "frontend.window: found 14, expected an odd number");
-  expect_part(refused(inertial_run_settings_from, {"init=multiview"}),
+  expect_part(rejected(inertial_run_settings_from, {"init=multiview"}),
               "--set: init: found 'multiview', expected one of multi-view, fixed-depth");
 }
 

@@ -10,7 +10,7 @@
 namespace chasles::test {
 namespace {
 
-TEST(Command, TellsItsVersion) {
+TEST(Command, ShowsItsVersion) {
   const Scratch folder;
   const Outcome outcome = chasles(folder, "--version");
   EXPECT_EQ(outcome.code, 0);
@@ -259,7 +259,7 @@ TEST(Command, SimulatesTheSameBytesForTheSameSeed) {
   EXPECT_NE(slurp(folder / "one" / "features.csv"), slurp(folder / "rec" / "features.csv"));
 }
 
-TEST(Command, SimulateRefusesSettingsOutOfRange) {
+TEST(Command, SimulateRejectsSettingsOutOfRange) {
   const Scratch folder;
   expect_error(chasles(folder, "simulate street -o r --set cruise_speed=-3"), 1, "cruise_speed");
   expect_error(chasles(folder, "simulate street -o r --set seed=-3"), 1, "--set: seed: found '-3'");

@@ -1,8 +1,8 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/lie/trajectory.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "cli_test.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
+#include <chasles/recording/readers.hpp>
 
 #include "cli_test.hpp"
 

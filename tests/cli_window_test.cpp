@@ -71,7 +71,7 @@ TEST(RunWindow, WithAnImuIsThereWhileItGoes) {
   EXPECT_TRUE(summary.at("nis_per_dof").is_null());
 }
 
-TEST(RunWindow, RefusesWhatIsNoWindow) {
+TEST(RunWindow, RejectsWhatIsNoWindow) {
   const Scratch folder;
   simulate(folder);
   for (const char* estimator : {"window:1", "window:0", "window:-4", "window:", "window",
@@ -81,15 +81,15 @@ TEST(RunWindow, RefusesWhatIsNoWindow) {
     EXPECT_EQ(outcome.code, 1) << estimator;
     EXPECT_NE(outcome.err.find("window:N with N of 2 or more"), std::string::npos) << outcome.err;
   }
-  const auto refused = [&](const std::string& more, const std::string& words) {
+  const auto rejected = [&](const std::string& more, const std::string& words) {
     const Outcome outcome = chasles(folder, "run rec --quiet --estimator window:8 " + more);
     EXPECT_EQ(outcome.code, 1) << more;
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   };
-  refused("--mode localize", "--mode slam");
-  refused("--full-covariance P.npy", "--full-covariance");
-  refused("--set batch.loss=square", "huber");
-  refused("--set batch.window_steps=0", "batch.window_steps");
+  rejected("--mode localize", "--mode slam");
+  rejected("--full-covariance P.npy", "--full-covariance");
+  rejected("--set batch.loss=square", "huber");
+  rejected("--set batch.window_steps=0", "batch.window_steps");
 }
 
 TEST(CompareWindow, StandsBesideItsFilter) {

@@ -70,21 +70,21 @@ void log(char kind, const std::string& path, const std::string& more) {
   put(file, more);
 }
 
-enum class Fate { kDone, kFull, kKilled };
+enum class Outcome { kDone, kFull, kKilled };
 
 // What becomes of the operation.
-Fate fate_of(char kind, const std::string& path, const std::string& more = {}) {
+Outcome outcome_of(char kind, const std::string& path, const std::string& more = {}) {
   static std::mutex mutex;
   static long count = 0;
   static const long kill_at = number("FAULT_KILL"), full_at = number("FAULT_FULL");
-  if (!inside(path)) return Fate::kDone;
+  if (!inside(path)) return Outcome::kDone;
   const std::lock_guard lock(mutex);
   ++count;
-  if (count == kill_at) return Fate::kKilled;
+  if (count == kill_at) return Outcome::kKilled;
   const bool allocates = std::strchr("cawms", kind) != nullptr;
-  if (full_at > 0 && count >= full_at && allocates) return Fate::kFull;
+  if (full_at > 0 && count >= full_at && allocates) return Outcome::kFull;
   log(kind, path, more);
-  return Fate::kDone;
+  return Outcome::kDone;
 }
 
 [[noreturn]] void die() {
@@ -94,17 +94,18 @@ Fate fate_of(char kind, const std::string& path, const std::string& more = {}) {
 
 // True if the operation fails.
 bool fails(char kind, const std::string& path, const std::string& more = {}) {
-  const Fate fate = fate_of(kind, path, more);
-  if (fate == Fate::kKilled) die();
-  if (fate == Fate::kFull) errno = ENOSPC;
-  return fate == Fate::kFull;
+  const Outcome outcome = outcome_of(kind, path, more);
+  if (outcome == Outcome::kKilled) die();
+  if (outcome == Outcome::kFull) errno = ENOSPC;
+  return outcome == Outcome::kFull;
 }
 
 ssize_t written(int descriptor, const std::string& bytes) {
-  const Fate fate = fate_of('w', path_of(descriptor), bytes);
-  if (fate == Fate::kDone) return ::syscall(SYS_write, descriptor, bytes.data(), bytes.size());
+  const Outcome outcome = outcome_of('w', path_of(descriptor), bytes);
+  if (outcome == Outcome::kDone)
+    return ::syscall(SYS_write, descriptor, bytes.data(), bytes.size());
   const long half = ::syscall(SYS_write, descriptor, bytes.data(), bytes.size() / 2);
-  if (fate == Fate::kKilled) die();
+  if (outcome == Outcome::kKilled) die();
   if (half > 0) return half;  // the next write fails
   errno = ENOSPC;
   return -1;

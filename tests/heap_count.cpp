@@ -50,7 +50,7 @@ Range find_openblas() {
 
 // Constant-initialised, because the heap is used before any other initialisation.
 Range openblas;
-[[gnu::constructor]] void look_for_openblas() { openblas = find_openblas(); }
+[[gnu::constructor]] void search_openblas() { openblas = find_openblas(); }
 
 void* note(void* p, const void* caller) {
   if (!p) return p;
@@ -59,7 +59,7 @@ void* note(void* p, const void* caller) {
   return p;
 }
 
-void forget(void* p) {
+void unregister(void* p) {
   if (p) {
     live_bytes.fetch_sub(static_cast<long>(::malloc_usable_size(p)), std::memory_order_relaxed);
   }
@@ -75,8 +75,8 @@ bool heap_is_counted() { return CHASLES_COUNTS_HEAP == 1; }
 
 #if CHASLES_COUNTS_HEAP
 // glibc's own functions, behind the names that all callers use.
-using chasles::test::forget;
 using chasles::test::note;
+using chasles::test::unregister;
 
 extern "C" {
 void* __libc_malloc(std::size_t);
@@ -90,7 +90,7 @@ void* calloc(std::size_t count, std::size_t size) {
   return note(__libc_calloc(count, size), __builtin_return_address(0));
 }
 void* realloc(void* old, std::size_t size) {
-  forget(old);
+  unregister(old);
   return note(__libc_realloc(old, size), __builtin_return_address(0));
 }
 void* memalign(std::size_t alignment, std::size_t size) {
@@ -102,7 +102,7 @@ int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
   return *result ? 0 : ENOMEM;
 }
 void free(void* p) {
-  forget(p);
+  unregister(p);
   __libc_free(p);
 }
 }

@@ -4,14 +4,14 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/lab/trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/inertial_session.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 #include "heap_count.hpp"
 
@@ -54,7 +54,7 @@ class Standing {
     noise_.sample_sigma.setConstant(0.1);
     std::vector<NewLandmark> landmarks;
     for (LandmarkId id = 0; id < 50; ++id) {
-      landmarks.push_back(*begin_landmark(rig_, kPixels, filter_.state(), observe(id)));
+      landmarks.push_back(*initialise_landmark(rig_, kPixels, filter_.state(), observe(id)));
     }
     filter_.add(landmarks);
     for (int i = 0; i < 50; ++i) {
@@ -122,14 +122,14 @@ class Inertial {
       : filter_(chart, initial(), 0.01 * Eigen::MatrixXd::Identity(15, 15),
                 {.map = Ekf::Map::kFrozen}) {
     filter_.clone_pose(clone_++, Time{});
-    for (LandmarkId id = 0; id < 50; ++id) filter_.add(std::array{begun(id)});
+    for (LandmarkId id = 0; id < 50; ++id) filter_.add(std::array{initialised(id)});
     for (int i = 0; i < 5; ++i) filter_.clone_pose(clone_++, Time{});
     for (int i = 0; i < 50; ++i) {
       const Eigen::Vector2d pixel = observe(static_cast<LandmarkId>(i)).pixels.head<2>();
       measurements_.push_back(*measure_pixel(camera_, 1, filter_.state(), i, pixel));
       measurements_.back().gate = 100;
     }
-    fresh_ = begun(50);
+    fresh_ = initialised(50);
   }
   void predict_and_propagate() {
     predict(model_, filter_.state(), {}, prediction_);
@@ -141,7 +141,7 @@ class Inertial {
     EXPECT_FALSE(report.failed);
     EXPECT_EQ(report.dof, 100);
   }
-  void look() const {
+  void read() const {
     EXPECT_GE(filter_.normalised_square(measurements_[1]), 0);
     EXPECT_LT(filter_.joint_normalised_square(measurements_), 1000);
   }
@@ -161,10 +161,10 @@ class Inertial {
     x.additive = Eigen::VectorXd::Zero(InertialModel::kSize);
     return x;
   }
-  NewLandmark begun(LandmarkId id) const {
+  NewLandmark initialised(LandmarkId id) const {
     const Eigen::Vector2d pixel = observe(id).pixels.head<2>();
-    return id % 2 == 0 ? *begin_at_depth(camera_, 1, filter_.state(), id, pixel, 10, 2)
-                       : *begin_anchored(camera_, 1, filter_.state(), id, pixel, 0.1, 0.02);
+    return id % 2 == 0 ? *initialise_at_depth(camera_, 1, filter_.state(), id, pixel, 10, 2)
+                       : *initialise_anchored(camera_, 1, filter_.state(), id, pixel, 0.1, 0.02);
   }
 
   InertialModel model_;
@@ -187,18 +187,18 @@ TEST(Heap, AnInertialFilterWithClonesAsksForNothingInAnyChart) {
   for (const ErrorChart& chart : error_charts()) {
     SCOPED_TRACE(chart.name);
     Inertial filter(chart);
-    long propagate = 0, update = 0, look = 0, clones = 0, landmarks = 0;
+    long propagate = 0, update = 0, read = 0, clones = 0, landmarks = 0;
     for (int i = 0; i < 100; ++i) {
-      if (i == 5) propagate = update = look = clones = landmarks = 0;
+      if (i == 5) propagate = update = read = clones = landmarks = 0;
       propagate += allocations_of([&] { filter.predict_and_propagate(); });
       update += allocations_of([&] { filter.update(); });
-      look += allocations_of([&] { filter.look(); });
+      read += allocations_of([&] { filter.read(); });
       clones += allocations_of([&] { filter.exchange_clones(); });
       landmarks += allocations_of([&] { filter.exchange_landmarks(); });
     }
     EXPECT_EQ(propagate, 0);
     EXPECT_EQ(update, 0);
-    EXPECT_EQ(look, 0);
+    EXPECT_EQ(read, 0);
     EXPECT_EQ(clones, 0);
     // The map of 5 … 100 landmarks, which doubles its capacity.
     EXPECT_LE(landmarks, 5);

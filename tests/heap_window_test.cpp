@@ -7,8 +7,8 @@
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/street.hpp>
-#include <chasles/velocity/velocity_noise.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
+#include <chasles/velocity/velocity_noise.hpp>
 
 #include "heap_count.hpp"
 

@@ -9,10 +9,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/lab/batch_trial.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 namespace chasles {

@@ -64,10 +64,10 @@ TEST(RobotDiagnosis, WarnsOfWhatIsMissing) {
   RobotReport one_eyed = now;
   one_eyed.order.incomplete += 1;
   EXPECT_EQ(message_of(one_eyed), "a camera lacks images for some frames");
-  RobotReport doubtful = now;
-  doubtful.last->health = Health::kDegraded;
-  doubtful.last->doubt = Doubt::kRejections;
-  EXPECT_EQ(message_of(doubtful), "degraded: rejections");
+  RobotReport degraded = now;
+  degraded.last->health = Health::kDegraded;
+  degraded.last->degradation = Degradation::kRejections;
+  EXPECT_EQ(message_of(degraded), "degraded: rejections");
   RobotReport leaping = now;
   leaping.wrong_stamps = 1;
   EXPECT_EQ(message_of(leaping), "messages have wrong stamps, far from those before and after");

@@ -8,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/run_folder/run.hpp>
-#include <chasles/recording/split_imu.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/run.hpp>
+#include <chasles/recording/split_imu.hpp>
+#include <chasles/run_folder/run.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/sim/small_walk_testing.hpp>
 
@@ -326,7 +326,7 @@ TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
 }
 
 // The last run may be short: what the one before it had is not lost.
-TEST(RobotSlam, KeepsTheOutputsOfARunThatIsBegunAnew) {
+TEST(RobotSlam, KeepsTheOutputsOfARunThatIsStartedAnew) {
   const RobotSetup setup = setup_with_outputs("robot_slam_kept");
   const auto folder = setup.output.parent_path();
   Received received;
@@ -384,7 +384,7 @@ TEST(RobotSlam, ThrowsTheErrorOfTheProgramOnceAllIsWritten) {
   EXPECT_TRUE(std::filesystem::exists(setup.save_map));
 }
 
-// The estimator stands still: a report comes all the same, and no more than some images wait.
+// The estimator is blocked: a report comes all the same, and no more than some images wait.
 TEST(RobotSlam, AReportWaitsForNoEstimate) {
   std::mutex mutex;
   std::unique_lock stand_still(mutex);
@@ -405,7 +405,7 @@ TEST(RobotSlam, AReportWaitsForNoEstimate) {
   EXPECT_EQ(slam.report().images.taken, walk().images->size());
 }
 
-// A program forgets the old run in on_reset: no estimate of it may come afterwards.
+// A program discards the old run in on_reset: no estimate of it may come afterwards.
 TEST(RobotSlam, NoEstimateOfAnEndedRunComesAfterTheReset) {
   std::atomic<bool> was_reset = false, came_late = false;
   RobotSlam slam(setup_of(walk()), {.on_estimates =

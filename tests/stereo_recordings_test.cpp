@@ -9,10 +9,10 @@
 #include <gtest/gtest.h>
 
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/frontend/stereo_match.hpp>
+#include <chasles/recording/readers.hpp>
 
 namespace chasles {
 namespace {

@@ -30,9 +30,9 @@
 #include <string>
 #include <thread>
 
-#include <chasles/recording/sensor_calibration.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
+#include <chasles/recording/sensor_calibration.hpp>
 
 namespace {
 
@@ -52,7 +52,7 @@ class Arrivals {
     const std::lock_guard lock(mutex_);
     arrived_[stamp] = Clock::now();
   }
-  // The age of the image whose estimate has this time; older ones are forgotten. An estimated time
+  // The age of the image whose estimate has this time; older ones are discarded. An estimated time
   // offset moves the time of an estimate a little from the stamp of its image.
   double milliseconds_since(chasles::Time estimate) {
     const std::lock_guard lock(mutex_);

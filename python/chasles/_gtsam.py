@@ -111,9 +111,9 @@ class _Graph:
         R = pose.rotation().matrix()
         by_errors = np.eye(15)
         by_errors[:3, :3], by_errors[3:6, 3:6] = gtsam.Rot3.LogmapDerivative(-theta) @ R, R
-        deviations = np.sqrt(np.diag(start["covariance"]))
-        root = np.linalg.cholesky(start["covariance"] / np.outer(deviations, deviations))
-        whitened = np.linalg.solve(root, np.diag(1 / deviations))
+        sigmas = np.sqrt(np.diag(start["covariance"]))
+        root = np.linalg.cholesky(start["covariance"] / np.outer(sigmas, sigmas))
+        whitened = np.linalg.solve(root, np.diag(1 / sigmas))
         A = whitened @ by_errors
         factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], -whitened @ error,
                                       gtsam.noiseModel.Unit.Create(15))

@@ -7,7 +7,7 @@ import sys
 from typing import Any, Callable, Iterator, Optional
 
 Advance = Callable[[int, int], None]
-_LOOKS = 6  # there are 20 in a second
+_POLLS = 6  # there are 20 in a second
 
 
 def _in_notebook() -> bool:
@@ -45,17 +45,17 @@ def bar(wanted: Optional[bool], what: str, unit: str, last: str = "") -> Iterato
         return
     # A call that ends soon draws nothing.
     with tqdm(desc=what, unit=f" {unit}", leave=False, delay=0 if wanted else 0.5) as drawn:
-        looks = 0  # since the last unit
+        polls = 0  # since the last unit
 
         def advance(done: int, total: int) -> None:
-            nonlocal looks
+            nonlocal polls
             if total and drawn.total != total:
                 if drawn.total:  # of another part of the call
                     drawn.reset(total)
                 drawn.total = total
             drawn.update(max(0, done - drawn.n))
-            looks = looks + 1 if total and done >= total else 0
-            if last and looks == _LOOKS:
+            polls = polls + 1 if total and done >= total else 0
+            if last and polls == _POLLS:
                 drawn.set_postfix_str(last)
 
         yield advance

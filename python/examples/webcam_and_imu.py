@@ -43,12 +43,12 @@ class Recorded:
 
     def play(self, on_imu, on_images, stop):
         imu = self.recording.imu
-        began, first = time.monotonic(), self.order[0][0]
+        started, first = time.monotonic(), self.order[0][0]
         for stamp, is_image, i in self.order:
             if stop.is_set():
                 return
             images = self.recording.images(i) if is_image else None  # decoded before it is due
-            due = began + (stamp - first) / 1e9 / self.speed
+            due = started + (stamp - first) / 1e9 / self.speed
             time.sleep(max(0.0, due - time.monotonic()))
             if is_image:
                 on_images(int(stamp), images)
@@ -129,7 +129,7 @@ def main():
     def feed():
         try:
             sensors.play(slam.add_imu, on_images, stop)
-        except Exception as error:  # told by the main thread
+        except Exception as error:  # reported by the main thread
             failure.append(error)
         finally:
             ended.set()
@@ -138,7 +138,7 @@ def main():
     thread.start()
     ages = []
 
-    def tell(estimates):
+    def report(estimates):
         now = time.monotonic()
         for e in estimates:
             # An estimated time offset moves the estimate's time a little from the image's stamp.
@@ -153,9 +153,9 @@ def main():
 
     try:
         while not ended.wait(0.01):
-            tell(slam.take())
+            report(slam.take())
         thread.join()
-        tell(slam.finish())
+        report(slam.finish())
     except KeyboardInterrupt:
         stop.set()
     if failure:

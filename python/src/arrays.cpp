@@ -9,8 +9,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
-#include <chasles/codec/image_kinds.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/image_kinds.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles::python {

@@ -9,9 +9,9 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <chasles/base/time.hpp>
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/base/time.hpp>
 
 // Between Python's objects and ours. An Eigen matrix that is returned becomes an array that owns
 // it.

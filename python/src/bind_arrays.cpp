@@ -5,9 +5,9 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/base/error.hpp>
 
 #include "arrays.hpp"
 #include "interpreter_exit.hpp"

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/codec/utf8.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "arrays.hpp"
 #include "diagnosis.hpp"

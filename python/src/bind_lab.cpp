@@ -10,8 +10,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/filter/depth_rule.hpp>
 #include <chasles/filter/charts/registered_charts.hpp>
+#include <chasles/filter/depth_rule.hpp>
 
 #include "arrays.hpp"
 #include "module.hpp"

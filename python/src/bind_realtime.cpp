@@ -60,7 +60,7 @@ class Realtime {
   template <typename Question>
   auto ask(const Question& question) {
     return unlocked([&](RealtimeSlam& realtime) {
-      refuse_in_call();
+      reject_in_call();
       decltype(question(std::declval<VisualInertialSlam&>())) answer;
       realtime.ask([&](VisualInertialSlam& slam) { answer = question(slam); });
       return answer;
@@ -129,7 +129,7 @@ class Realtime {
   Estimates finish() {
     Signals signals;
     Estimates last = unlocked([&](RealtimeSlam& slam) {
-      refuse_in_call();
+      reject_in_call();
       return slam.finish([&] { return signals.pending(); });
     });
     ready_->add(std::move(last));
@@ -188,7 +188,7 @@ class Realtime {
 
   // The thread that works for this object.
   RealtimeSlam& checked() {
-    refuse_thread_of(generation_, "RealtimeSlam");
+    reject_thread_of(generation_, "RealtimeSlam");
     if (!slam_) throw UsageError("RealtimeSlam: its thread ended with the interpreter");
     return *slam_;
   }

@@ -8,9 +8,9 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/imu/imu_sample.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/sim/street.hpp>
@@ -52,7 +52,7 @@ class SharedImages : public ImageSource {
  private:
   template <typename Read>
   ImageFrame locked(const Read& read) const {
-    refuse_after_fork();
+    reject_after_fork();
     const UnfitForForks unfit;
     const std::scoped_lock lock(mutex_);
     return read();

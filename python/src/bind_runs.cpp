@@ -7,11 +7,11 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/codec/durable_file.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/run_folder/run.hpp>
 
 #include "arrays.hpp"
 #include "interpreter_exit.hpp"

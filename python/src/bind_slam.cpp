@@ -48,7 +48,7 @@ class Slam {
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
     const std::vector<ImuSample> samples = samples_of(time, rate, force);
-    refuse_after_finish("sample");
+    reject_after_finish("sample");
     return taken([&](VisualInertialSlam& slam) {
       Estimates estimates;
       for (const ImuSample& sample : samples) append(slam.process(sample), estimates);
@@ -58,7 +58,7 @@ class Slam {
 
   Estimates add_images(const py::object& time, const py::object& images) {
     ImageFrame frame = frame_of(time, images);
-    refuse_after_finish("images");
+    reject_after_finish("images");
     return taken([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
   }
 
@@ -102,7 +102,7 @@ class Slam {
   }
 
  private:
-  void refuse_after_finish(const char* what) const {
+  void reject_after_finish(const char* what) const {
     if (finished_) throw UsageError(fmt::format("Slam: expected no {} after finish()", what));
   }
 

@@ -7,10 +7,10 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/filter/depth_rule_names.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
+#include <chasles/filter/depth_rule_names.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 #include <chasles/report/study.hpp>
 

@@ -53,7 +53,7 @@ int fork_generation() { return generation; }
 UnfitForForks::UnfitForForks() { ++unfit; }
 UnfitForForks::~UnfitForForks() { --unfit; }
 
-void refuse_after_fork() {
+void reject_after_fork() {
   if (!cut_off) return;
   throw UsageError(
       "this process was forked while an estimator or a reader of its parent worked, and its thread "
@@ -61,7 +61,7 @@ void refuse_after_fork() {
       kSpawn);
 }
 
-void refuse_thread_of(int made_in, const char* what) {
+void reject_thread_of(int made_in, const char* what) {
   if (made_in == generation) return;
   throw UsageError(std::string(what) +
                    ": was made before this process was forked, and its thread is not in this "

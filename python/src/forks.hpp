@@ -23,8 +23,8 @@ class UnfitForForks {
 
 /// Throws UsageError, which names the start method `spawn`, in a process that was forked while an
 /// estimator or a reader of its parent worked.
-void refuse_after_fork();
+void reject_after_fork();
 /// The same for an object with a thread of its own, made in that generation.
-void refuse_thread_of(int generation, const char* what);
+void reject_thread_of(int generation, const char* what);
 
 }  // namespace chasles::python

@@ -119,10 +119,10 @@ void end_for_exit() {
 void at_exit_also(std::function<void()> task) { tasks().push_back(std::move(task)); }
 
 bool wait_at_exit(const std::function<bool()>& done) {
-  constexpr std::chrono::milliseconds kBetweenLooks(2);
+  constexpr std::chrono::milliseconds kBetweenPolls(2);
   while (!done()) {
     if (std::chrono::steady_clock::now() > deadline()) return false;
-    std::this_thread::sleep_for(kBetweenLooks);
+    std::this_thread::sleep_for(kBetweenPolls);
   }
   return true;
 }

@@ -13,7 +13,7 @@ namespace chasles::python {
 namespace py = pybind11;
 
 // Signals, then the bar. What either raises ends the work.
-void LongCall::look() {
+void LongCall::poll() {
   if (ends_for_exit()) {
     state_.stop = true;
     return;
@@ -30,7 +30,7 @@ void LongCall::look() {
 }
 
 void LongCall::watch(const std::function<void()>& work) {
-  constexpr std::chrono::milliseconds kBetweenLooks(50);
+  constexpr std::chrono::milliseconds kBetweenPolls(50);
   std::exception_ptr failure;
   {
     const Released released;
@@ -52,9 +52,9 @@ void LongCall::watch(const std::function<void()>& work) {
       ended.notify_all();
     });
     std::unique_lock lock(mutex);
-    while (!ended.wait_for(lock, kBetweenLooks, [&] { return done; })) {
+    while (!ended.wait_for(lock, kBetweenPolls, [&] { return done; })) {
       lock.unlock();
-      look();
+      poll();
       lock.lock();
     }
     lock.unlock();

@@ -47,7 +47,7 @@ class LongCall {
   /// The same in a turn (take_turn()).
   template <typename Work>
   auto in_turn(const Work& work) {
-    refuse_in_call();
+    reject_in_call();
     return (*this)([&] {
       const auto turn = take_turn();
       return work();
@@ -64,7 +64,7 @@ class LongCall {
 
  private:
   void watch(const std::function<void()>& work);
-  void look();
+  void poll();
 
   pybind11::object progress_;
   CallProgress state_;

@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/street.hpp>
 

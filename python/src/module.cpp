@@ -110,7 +110,7 @@ PYBIND11_MODULE(_core, m) {
   bind_checks(m);
   bind_errors_of_runs(m);
   bind_arrays(m);
-  refuse_bare_objects(m);
+  reject_bare_objects(m);
   watch_forks();
   watch_exit();
   m.def("in_python", &in_python, pybind11::arg("message"));

@@ -29,7 +29,7 @@ void bind_arrays(pybind11::module_& m);
 
 /// Objects of bound classes that `__new__` alone has made have no content: TypeError where they are
 /// used. After all classes.
-void refuse_bare_objects(const pybind11::module_& m);
+void reject_bare_objects(const pybind11::module_& m);
 
 /// The problems of batch estimation (Estimator::batch_terms) as dictionaries of columns.
 pybind11::list problems_of(const std::vector<std::shared_ptr<const BatchTerms>>& parts);

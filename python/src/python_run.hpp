@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/run_folder/run.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 struct BatchTerms;

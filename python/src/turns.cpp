@@ -29,7 +29,7 @@ PythonCall::~PythonCall() { --depth_of_calls(); }
 
 bool PythonCall::active() { return depth_of_calls() > 0; }
 
-void refuse_in_call() {
+void reject_in_call() {
   if (!PythonCall::active()) return;
   throw UsageError(
       "an estimator is used from a chart, a depth rule or a signal handler that an estimator runs: "
@@ -38,8 +38,8 @@ void refuse_in_call() {
 
 std::unique_lock<std::timed_mutex> take_turn() {
   constexpr std::chrono::milliseconds kBetweenSignals(50);
-  refuse_in_call();
-  refuse_after_fork();
+  reject_in_call();
+  reject_after_fork();
   std::unique_lock turn(estimation(), std::defer_lock);
   while (!turn.try_lock_for(kBetweenSignals)) {
     interruption_point();

@@ -33,9 +33,9 @@ class PythonCall {
 
 /// Throws UsageError in a PythonCall: its estimator has the turn, so that waiting for one would
 /// never end.
-void refuse_in_call();
+void reject_in_call();
 
-/// A turn for this thread. Without the GIL. Throws as refuse_in_call() and refuse_after_fork(),
+/// A turn for this thread. Without the GIL. Throws as reject_in_call() and reject_after_fork(),
 /// what the handler of a signal raises meanwhile, and Interrupted.
 std::unique_lock<std::timed_mutex> take_turn();
 

@@ -216,7 +216,7 @@ def test_a_truth_of_another_time_does_not_hide_the_estimate():
     assert "sigma" in figure.axes[1].get_ylabel() and "have a truth" in figure.get_suptitle()
 
 
-def test_the_picture_tells_the_story_of_the_summary(run):
+def test_the_picture_shows_the_story_of_the_summary(run):
     text = run._repr_html_()
     assert f"<td style='text-align:left'>health</td><td>{run.summary['health']}</td>" in text
     assert f"{run.summary['attitude_posyaw_deg']:.3g}°" in text and "aligned by yaw" in text

@@ -123,13 +123,13 @@ def in_a_fork(work, seconds=60):
     context = multiprocessing.get_context("fork")
     receive, send = context.Pipe(duplex=False)
 
-    def tell():
+    def report():
         try:
             send.send(("done", work()))
         except Exception as error:
             send.send((type(error).__name__, str(error)))
 
-    process = context.Process(target=tell)
+    process = context.Process(target=report)
     process.start()
     try:
         assert receive.poll(seconds), "the fork hangs"

@@ -150,7 +150,7 @@ def test_a_bar_advances(monkeypatch, call, total):
     FakeBar.made.clear()
     call()
     (bar,) = FakeBar.made
-    if bar.total is not None:  # a quick call is over before the first look
+    if bar.total is not None:  # a quick call is over before the first poll
         assert bar.total >= total and 0 <= bar.n <= bar.total
 
 

@@ -4,8 +4,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include <chasles/recording/bags/ros_image.hpp>
 #include <chasles/codec/image_range.hpp>
+#include <chasles/recording/bags/ros_image.hpp>
 
 namespace chasles::bridge {
 

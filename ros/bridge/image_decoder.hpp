@@ -5,8 +5,8 @@
 #include <utility>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/codec/image_decode.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
 
 namespace chasles::bridge {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include <chasles/filter/past/past.hpp>
 #include <chasles/estimate/body_state.hpp>
+#include <chasles/filter/past/past.hpp>
 
 #include "robot_slam.hpp"
 

@@ -18,10 +18,10 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include <chasles/recording/readers.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/base/processor_time.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 

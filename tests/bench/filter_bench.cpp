@@ -11,9 +11,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
@@ -42,7 +42,7 @@ struct Drive {
       : filter(error_chart(chart), initial(), covariance(), {.map = map}) {
     noise.walk.setConstant(0.1);
     noise.sample_sigma.setConstant(0.1);
-    begin(in_view);
+    initialise(in_view);
   }
 
   static State initial() {
@@ -53,10 +53,11 @@ struct Drive {
   static Eigen::MatrixXd covariance() {
     return 0.01 * Eigen::MatrixXd::Identity(6 + kModel.size(), 6 + kModel.size());
   }
-  void begin(int count) {
+  void initialise(int count) {
     std::vector<NewLandmark> landmarks;
     for (int i = 0; i < count; ++i) {
-      landmarks.push_back(*begin_landmark(camera, kPixels, filter.state(), observe(next_id++)));
+      landmarks.push_back(
+          *initialise_landmark(camera, kPixels, filter.state(), observe(next_id++)));
     }
     filter.add(landmarks);
   }
@@ -77,7 +78,7 @@ struct Drive {
     std::vector<int> oldest;
     for (int i = 0; i < count; ++i) oldest.push_back(i);
     filter.retire(oldest);
-    begin(count);
+    initialise(count);
   }
   void frame() {
     propagate();

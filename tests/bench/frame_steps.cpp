@@ -48,7 +48,7 @@ std::vector<std::pair<std::pair<int, LandmarkId>, Part>> parts(const State& x) {
   return all;
 }
 
-Fresh begin(LandmarkId id, const Part& part, const State& x) {
+Fresh initialise(LandmarkId id, const Part& part, const State& x) {
   if (!part.landmark) {
     return {.is_clone = true,
             .id = id,
@@ -83,7 +83,7 @@ void exchange(const State& before, const State& after, FrameStep& step) {
     }
   }
   for (const auto& [key, part] : now) {
-    if (!known[key]) step.fresh.push_back(begin(key.second, part, after));
+    if (!known[key]) step.fresh.push_back(initialise(key.second, part, after));
   }
 }
 

@@ -23,9 +23,9 @@ def processor_seconds(who):
 
 
 def measured(who, work):
-    begun, cpu = time.monotonic(), processor_seconds(who)
+    started, cpu = time.monotonic(), processor_seconds(who)
     result = work()
-    return time.monotonic() - begun, processor_seconds(who) - cpu, result
+    return time.monotonic() - started, processor_seconds(who) - cpu, result
 
 
 def step_by_step(recording, slam):
@@ -33,7 +33,7 @@ def step_by_step(recording, slam):
     imu, frames = recording.imu, recording.frame_times
     images = [recording.images(k) for k in range(len(frames))]
     ages, estimates, k = [], 0, 0
-    begun = processor_seconds(resource.RUSAGE_SELF)
+    started = processor_seconds(resource.RUSAGE_SELF)
     for i, stamp in enumerate(imu["time"]):
         estimates += len(slam.add_imu(int(stamp), imu["angular_rate"][i], imu["specific_force"][i]) or [])
         while k < len(frames) and frames[k] <= stamp:
@@ -43,7 +43,7 @@ def step_by_step(recording, slam):
             estimates += len(got) if isinstance(got, list) else 0
             k += 1
     estimates += len(slam.finish())
-    return estimates, ages, processor_seconds(resource.RUSAGE_SELF) - begun
+    return estimates, ages, processor_seconds(resource.RUSAGE_SELF) - started
 
 
 def main():

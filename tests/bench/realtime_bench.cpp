@@ -99,10 +99,10 @@ double seconds_of_calls(Slam& slam) {
     const auto* due = std::get_if<ImagesDue>(&*event);
     if (!due) continue;
     ImageFrame frame = rendered().images->read(due->index);
-    const auto begun = std::chrono::steady_clock::now();
+    const auto started = std::chrono::steady_clock::now();
     slam.process(std::move(frame));
     seconds.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count());
   }
   slam.finish();
   return median(std::move(seconds));

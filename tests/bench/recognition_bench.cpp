@@ -6,11 +6,11 @@
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/past/segment_chain.hpp>
 #include <chasles/lie/testing.hpp>
+#include <chasles/loop/appearance.hpp>
+#include <chasles/loop/joint_compatibility.hpp>
 #include <chasles/loop/map_testing.hpp>
 #include <chasles/loop/place.hpp>
 #include <chasles/pipeline/map_file.hpp>
-#include <chasles/loop/appearance.hpp>
-#include <chasles/loop/joint_compatibility.hpp>
 
 // The steps of recognition (docs/recognition.md): describing, matching, recalling, returning.
 

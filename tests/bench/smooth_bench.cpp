@@ -13,15 +13,15 @@
 #include <limits>
 #include <vector>
 
+#include <chasles/base/processor_time.hpp>
+#include <chasles/filter/dense.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/recording.hpp>
-#include <chasles/filter/dense.hpp>
-#include <chasles/base/processor_time.hpp>
-#include <chasles/velocity/velocity_noise.hpp>
-#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/exact_settings_testing.hpp>
 #include <chasles/smooth/batch/velocity_oracle_testing.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
+#include <chasles/velocity/velocity_noise.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 namespace chasles {
 namespace {
@@ -33,9 +33,9 @@ template <typename Function>
 double seconds_of(const Function& function, int repetitions = kRepetitions) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < repetitions; ++i) {
-    const double begun = process_seconds();
+    const double started = process_seconds();
     function();
-    least = std::min(least, process_seconds() - begun);
+    least = std::min(least, process_seconds() - started);
   }
   return least;
 }

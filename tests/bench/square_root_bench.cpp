@@ -12,9 +12,9 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <chasles/base/processor_time.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/inertial_model.hpp>
-#include <chasles/base/processor_time.hpp>
 
 #include "covariance_forms.hpp"
 #include "textbook.hpp"

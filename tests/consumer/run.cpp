@@ -1,9 +1,9 @@
 #include <cstdio>
 #include <string>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/pipeline/run.hpp>
+#include <chasles/recording/readers.hpp>
 
 /// run FOLDER ESTIMATOR [TUM]: SLAM from the images and the IMU of a recording. Succeeds if the
 /// position error (RMSE) is below 10 cm. With a file, the positions must also equal its positions

@@ -1,11 +1,11 @@
 #include <array>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/bags/bag_testing.hpp>
 #include <chasles/recording/bags/decompress.hpp>
 #include <chasles/recording/bags/ros_image.hpp>
 #include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/base/error.hpp>
 
 #include "kinds.hpp"
 #include "use_recording.hpp"

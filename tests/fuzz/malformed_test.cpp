@@ -26,7 +26,7 @@ class Malformed : public ::testing::TestWithParam<Kind> {
  protected:
   /// The message if the bytes were rejected; nothing if they were read. The test fails on any
   /// exception but InputError.
-  std::optional<std::string> refusal(const std::string& bytes) const {
+  std::optional<std::string> rejection(const std::string& bytes) const {
     try {
       GetParam().read(scratch, bytes);
       return std::nullopt;
@@ -42,29 +42,29 @@ class Malformed : public ::testing::TestWithParam<Kind> {
 };
 
 TEST_P(Malformed, TheSeedItselfIsRead) {
-  EXPECT_EQ(refusal(GetParam().seed(scratch)), std::nullopt);
+  EXPECT_EQ(rejection(GetParam().seed(scratch)), std::nullopt);
 }
 
-TEST_P(Malformed, DamagedBytesAreReadOrRefusedAndNothingElse) {
+TEST_P(Malformed, DamagedBytesAreReadOrRejectedAndNothingElse) {
   constexpr int kTries = 1000;
   const std::string seed = GetParam().seed(scratch);
   Dice dice(20240607);
-  int refused = 0;
+  int rejected = 0;
   for (int i = 0; i < kTries && !HasFailure(); ++i) {
     SCOPED_TRACE("damage " + std::to_string(i));
-    if (refusal(mutate(seed, dice))) ++refused;
+    if (rejection(mutate(seed, dice))) ++rejected;
   }
   // If all or none were rejected, the damages would not test the intended code.
-  EXPECT_GT(refused, kTries / 5);
-  EXPECT_LT(refused, kTries);
+  EXPECT_GT(rejected, kTries / 5);
+  EXPECT_LT(rejected, kTries);
 }
 
-TEST_P(Malformed, EveryTruncationIsReadOrRefused) {
+TEST_P(Malformed, EveryTruncationIsReadOrRejected) {
   const std::string seed = GetParam().seed(scratch);
   const std::size_t step = std::max<std::size_t>(1, seed.size() / 300);
   for (std::size_t size = 0; size < seed.size() && !HasFailure(); size += step) {
     SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
-    refusal(seed.substr(0, size));
+    rejection(seed.substr(0, size));
   }
 }
 

@@ -3,13 +3,13 @@
 
 #include <chasles/codec/bomb_testing.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/image_testing.hpp>
 #include <chasles/codec/mat_file.hpp>
-#include <chasles/recording/plan.hpp>
 #include <chasles/codec/png_testing.hpp>
+#include <chasles/codec/yaml_map.hpp>
+#include <chasles/recording/image_testing.hpp>
+#include <chasles/recording/plan.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/run.hpp>
-#include <chasles/codec/yaml_map.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
 #include "kinds.hpp"

@@ -1,7 +1,7 @@
 #include "use_recording.hpp"
 
-#include <chasles/check/check.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/check.hpp>
 
 namespace chasles::fuzz {
 

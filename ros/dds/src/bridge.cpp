@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kWait = 0.1;  // [s] between two looks at `stop`
+constexpr double kWait = 0.1;  // [s] between two checks of `stop`
 // What has come before the end is taken in so many rounds at most: publishers may go on.
 constexpr int kRoundsAtEnd = 100;
 constexpr double kLull = 0.02;  // [s] without a message, after which all is there

@@ -202,9 +202,9 @@ void Inputs::describe(app::RobotDiagnosis& diagnosis) {
       diagnosis.value(what + source->topic, number);
     };
     const std::size_t unset = source->stamps.unset();
-    diagnosis.add(source->damaged > std::exchange(source->told_damaged, source->damaged), kWarning,
-                  "images on " + source->topic + " could not be decoded: see the log");
-    diagnosis.add(unset > std::exchange(source->told_unset, unset), kWarning,
+    diagnosis.add(source->damaged > std::exchange(source->reported_damaged, source->damaged),
+                  kWarning, "images on " + source->topic + " could not be decoded: see the log");
+    diagnosis.add(unset > std::exchange(source->reported_unset, unset), kWarning,
                   "messages on " + source->topic + " have a header.stamp of 0");
     add("publishers of ", publishers_of(source->reader));
     if (unset > 0) add("stamps of 0 on ", unset);
@@ -216,13 +216,13 @@ void Inputs::warn_of_silence() {
   for (const auto& source : sources_) {
     if (source->messages > 0 || source->warned) continue;
     source->warned = true;
-    dds_requested_incompatible_qos_status_t refused{};
-    dds_get_requested_incompatible_qos_status(source->reader, &refused);
+    dds_requested_incompatible_qos_status_t rejected{};
+    dds_get_requested_incompatible_qos_status(source->reader, &rejected);
     spdlog::warn("no message on {} ({}): {} publishers are there{}", source->topic, source->type,
                  publishers_of(source->reader),
-                 refused.total_count > 0
+                 rejected.total_count > 0
                      ? fmt::format(", and {} more that are not reliable (--reliable asks for that)",
-                                   refused.total_count)
+                                   rejected.total_count)
                      : ", check the topic, the domain and the network");
   }
 }

@@ -58,7 +58,7 @@ class Inputs {
     dds_entity_t reader = 0;
     std::size_t messages = 0, damaged = 0;
     StampCheck stamps = {};
-    std::size_t told_damaged = 0, told_unset = 0;  ///< at the last diagnosis
+    std::size_t reported_damaged = 0, reported_unset = 0;  ///< at the last diagnosis
     bool warned = false;
   };
 

@@ -9,8 +9,8 @@
 #include <Eigen/Core>
 #include <fmt/format.h>
 
-#include <chasles/codec/numbers.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 
 #include "inertial_settings_io.hpp"
 #include "network.hpp"

@@ -59,13 +59,13 @@ std::string dds_topic(const std::string& ros_topic) {
 
 Participant::Participant(int domain, const std::string& configuration) {
   const auto number = static_cast<dds_domainid_t>(domain);
-  const std::string refused = fmt::format(
+  const std::string rejected = fmt::format(
       "the domain {} cannot be joined (is there such an interface? --network, CYCLONEDDS_URI)",
       domain);
   if (!configuration.empty()) {
-    domain_ = checked(dds_create_domain(number, configuration.c_str()), refused);
+    domain_ = checked(dds_create_domain(number, configuration.c_str()), rejected);
   }
-  participant_ = checked(dds_create_participant(number, nullptr, nullptr), refused);
+  participant_ = checked(dds_create_participant(number, nullptr, nullptr), rejected);
   waitset_ = checked(dds_create_waitset(participant_), "no memory for a wait set");
 }
 

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/run.hpp>
-#include <chasles/lie/so3.hpp>
 
 #include "cdr.hpp"
 #include "cli_test.hpp"

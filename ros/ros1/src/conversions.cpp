@@ -7,11 +7,11 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/ros_image.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/bags/ros_image.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
 
 namespace chasles::ros1 {
 namespace {
@@ -108,7 +108,7 @@ ImuMotion motion_of(const PredictedState& state, double rate_variance) {
   return motion;
 }
 
-// The covariance of a body at rest: the velocity is not asked for.
+// The covariance of a body at a standstill: the velocity is not asked for.
 std::pair<SE3, Matrix6d> body_in_map(const PoseInMap& imu, const SE3& body_T_imu) {
   ImuMotion motion{.world_T_imu = imu.map_T_imu};
   motion.covariance.topLeftCorner<6, 6>() = imu.covariance;

@@ -6,9 +6,9 @@
 
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/filter/past/history.hpp>
 #include <chasles/estimate/body_state.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/filter/past/history.hpp>
 #include <chasles/slam/state_predictor.hpp>
 
 #include "outgoing.hpp"

@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 #include "inertial_settings_io.hpp"
 
@@ -58,7 +58,7 @@ std::string text_of(const Value& value) {
   }
 }
 
-[[noreturn]] void refuse(const std::string& name, const Value& value, const std::string& expected) {
+[[noreturn]] void reject(const std::string& name, const Value& value, const std::string& expected) {
   throw UsageError(
       fmt::format("{}: found '{}', expected {}", parameter_name(name), text_of(value), expected));
 }
@@ -77,21 +77,21 @@ using Read = std::function<void(const std::string& name, const Value& value)>;
 template <typename Text>
 Read text_to(Text& to) {
   return [&to](const std::string& name, const Value& value) {
-    if (value.getType() != Value::TypeString) refuse(name, value, "a text");
+    if (value.getType() != Value::TypeString) reject(name, value, "a text");
     to = static_cast<const std::string&>(value);
   };
 }
 
 Read flag_to(bool& to) {
   return [&to](const std::string& name, const Value& value) {
-    if (value.getType() != Value::TypeBoolean) refuse(name, value, "true or false");
+    if (value.getType() != Value::TypeBoolean) reject(name, value, "true or false");
     to = static_cast<const bool&>(value);
   };
 }
 
 Read seconds_to(double& to) {
   return [&to](const std::string& name, const Value& value) {
-    if (!is_number(value) || !(number_of(value) >= 0)) refuse(name, value, "seconds, 0 or more");
+    if (!is_number(value) || !(number_of(value) >= 0)) reject(name, value, "seconds, 0 or more");
     to = number_of(value);
   };
 }
@@ -101,7 +101,7 @@ Read count_to(int& to, int least, int most) {
     const bool whole = value.getType() == Value::TypeInt;
     const int number = whole ? static_cast<const int&>(value) : 0;
     if (!whole || number < least || number > most) {
-      refuse(name, value, fmt::format("a whole number from {} to {}", least, most));
+      reject(name, value, fmt::format("a whole number from {} to {}", least, most));
     }
     to = number;
   };
@@ -109,25 +109,25 @@ Read count_to(int& to, int least, int most) {
 
 void read_topics(const std::string& name, const Value& value, std::vector<std::string>& topics) {
   const char* const expected = "a list of topics, one for each camera in order";
-  if (value.getType() != Value::TypeArray) refuse(name, value, expected);
+  if (value.getType() != Value::TypeArray) reject(name, value, expected);
   for (int i = 0; i < value.size(); ++i) {
-    if (value[i].getType() != Value::TypeString) refuse(name, value, expected);
+    if (value[i].getType() != Value::TypeString) reject(name, value, expected);
     topics.push_back(static_cast<const std::string&>(value[i]));
   }
 }
 
 SE3 motion_of(const std::string& name, const Value& value) {
   const char* const expected = "a list [x, y, z, qx, qy, qz, qw], metres and a unit quaternion";
-  if (value.getType() != Value::TypeArray || value.size() != 7) refuse(name, value, expected);
+  if (value.getType() != Value::TypeArray || value.size() != 7) reject(name, value, expected);
   Eigen::Matrix<double, 7, 1> v;
   for (int i = 0; i < 7; ++i) {
-    if (!is_number(value[i])) refuse(name, value, expected);
+    if (!is_number(value[i])) reject(name, value, expected);
     v[i] = number_of(value[i]);
   }
   try {
     return {checked_quaternion(parameter_name(name), v.tail<4>()), v.head<3>()};
   } catch (const InputError&) {
-    refuse(name, value, expected);
+    reject(name, value, expected);
   }
 }
 
@@ -144,7 +144,7 @@ std::map<std::string, Read> readers_of(NodeParameters& p, std::string& config,
       {"cameras",
        [&p](const auto& name, const auto& value) {
          const std::string text = text_of(value);
-         if (text != "mono" && text != "stereo") refuse(name, value, "mono or stereo");
+         if (text != "mono" && text != "stereo") reject(name, value, "mono or stereo");
          p.cameras = text == "mono" ? 1 : 2;
        }},
       {"image_bits", count_to(p.image_bits, 0, 16)},
@@ -176,7 +176,7 @@ std::vector<std::string> setting_names() {
   return names;
 }
 
-[[noreturn]] void refuse_unknown(const std::string& name,
+[[noreturn]] void reject_unknown(const std::string& name,
                                  const std::map<std::string, Read>& readers,
                                  std::vector<std::string> known) {
   for (const auto& [own, read] : readers) known.push_back(own);
@@ -220,7 +220,7 @@ NodeParameters parameters_from(const Value& tree) {
     } else if (std::ranges::find(settings, name) != settings.end()) {
       sources.sets.push_back(name + "=" + text_of(value));
     } else {
-      refuse_unknown(name, readers, settings);
+      reject_unknown(name, readers, settings);
     }
   }
   check(parameters);

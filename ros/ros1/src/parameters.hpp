@@ -8,9 +8,9 @@
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <chasles/recording/reader_settings.hpp>
 #include <chasles/lie/se3.hpp>
 #include <chasles/pipeline/run_settings.hpp>
+#include <chasles/recording/reader_settings.hpp>
 
 namespace chasles::ros1 {
 

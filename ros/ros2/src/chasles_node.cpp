@@ -16,8 +16,8 @@
 #include <sensor_msgs/msg/point_cloud2.hpp>
 #include <tf2_msgs/msg/tf_message.hpp>
 
-#include <chasles/codec/numbers.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 
 #include "image_decoder.hpp"
 #include "inertial_settings_io.hpp"

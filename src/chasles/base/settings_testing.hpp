@@ -62,9 +62,9 @@ std::pair<std::vector<Value>, std::vector<Value>> bad_and_good(const Limits& lim
 }
 
 /// Each of the fields in turn, with the others as they are by default, at what it may be and at
-/// what it may not be: refused by validate(), with name, value and what is expected.
+/// what it may not be: rejected by validate(), with name, value and what is expected.
 template <typename Settings>
-void expect_each_field_is_judged(const std::string& prefix = "") {
+void expect_each_field_is_assessed(const std::string& prefix = "") {
   Settings settings;
   EXPECT_EQ(complaint_about(settings), "");
   for_each_setting(settings, [&](const std::string& name, auto& field, const std::string& unit,

@@ -16,7 +16,7 @@
 namespace chasles {
 
 /// Throws UsageError: "NAME: found FOUND, expected EXPECTED".
-[[noreturn]] inline void refuse_value(std::string_view name, std::string_view found,
+[[noreturn]] inline void reject_value(std::string_view name, std::string_view found,
                                       std::string_view expected) {
   std::string message(name);
   message.append(": found ").append(found).append(", expected ").append(expected);
@@ -123,7 +123,7 @@ void validate_fields(const Settings& settings, std::string_view prefix = "") {
                                  const char*, const Limits& limits) {
     if (is_allowed(value, limits)) return;
     using Value = std::remove_cvref_t<decltype(value)>;
-    refuse_value(std::string(prefix) + name, setting_text(value),
+    reject_value(std::string(prefix) + name, setting_text(value),
                  expected_text<Value>(limits, unit));
   });
 }

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include <chasles/lie/se3.hpp>
 #include <chasles/base/settings.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 

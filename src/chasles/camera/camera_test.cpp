@@ -4,10 +4,10 @@
 
 #include <Eigen/LU>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/base/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array<std::pair<Outcome, const char*>, 4> kNames = {
     {{Outcome::kWaiting, "waiting"},
-     {Outcome::kBegun, "begun"},
+     {Outcome::kInitialised, "begun"},
      {Outcome::kUsed, "used"},
      {Outcome::kRejected, "rejected"}}};
 

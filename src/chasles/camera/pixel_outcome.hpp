@@ -11,11 +11,11 @@ namespace chasles {
 
 /// What the filter did with an observation.
 enum class Outcome {
-  kWaiting,   ///< its point is not in the state (the filter may use it later), or there is a
-              ///< standstill
-  kBegun,     ///< its landmark was initialised in this frame
-  kUsed,      ///< it updated the state
-  kRejected,  ///< its landmark is in the state, but the observation was not accepted
+  kWaiting,      ///< its point is not in the state (the filter may use it later), or there is a
+                 ///< standstill
+  kInitialised,  ///< its landmark was initialised in this frame
+  kUsed,         ///< it updated the state
+  kRejected,     ///< its landmark is in the state, but the observation was not accepted
 };
 
 const char* name(Outcome outcome);

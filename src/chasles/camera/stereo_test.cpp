@@ -1,5 +1,5 @@
-#include <chasles/camera/stereo.hpp>
 #include <chasles/base/constants.hpp>
+#include <chasles/camera/stereo.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {

@@ -5,9 +5,9 @@
 
 #include <Eigen/Cholesky>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/triangulation.hpp>
-#include <chasles/base/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {
@@ -283,7 +283,7 @@ TEST(Triangulation, TooFewOrUnusableViewsMeanNoPoint) {
   EXPECT_FALSE(triangulate(broken));
 }
 
-TEST(Triangulation, ResidualsNearRoundOffDoNotRefuseThePoint) {
+TEST(Triangulation, ResidualsNearRoundOffDoNotRejectThePoint) {
   test::Random random(77);
   int found = 0;
   constexpr int kTrials = 500;

@@ -44,7 +44,7 @@ TEST(CameraClock, AnUncertainOffsetDoesNotStandOut) {
   EXPECT_FALSE((CameraClock{.offset = 0.025, .sigma = 0.003}).stands_out());
 }
 
-TEST(CameraClock, AMotionThatIsNotTheGyroscopesTellsNothing) {
+TEST(CameraClock, AMotionThatIsNotTheGyroscopesShowsNothing) {
   Recording flipped = late(0.095), other = late(0.095), still = late(0.095);
   for (ImuSample& s : flipped.imu) s.angular_rate_imu.y() *= -1;
   for (ImuSample& s : other.imu) s.angular_rate_imu *= 57.3;

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/check/camera_fit.hpp>
 #include <chasles/base/constants.hpp>
+#include <chasles/check/camera_fit.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -19,9 +19,9 @@ constexpr double kMostGainSigma = 0.025;
 constexpr double kTighter = 0.6;        // sigma of an explanation, over the stated one's
 constexpr double kTighterTurned = 0.9;  // the same where the rotation then agrees
 constexpr double kFarTighter = 0.5;     // of a free lens, over that of a guess
-constexpr int kGuessPasses = 3;         // the right guess has settled by then
+constexpr int kGuessPasses = 3;         // the right guess has converged by then
 constexpr int kMostSizeSteps = 5;
-constexpr double kSizeSettled = 0.004;
+constexpr double kSizeConverged = 0.004;
 constexpr double kSizeStarts[] = {1, 2.5};
 
 double turned_away(const GyroscopeFit& fit, const Camera& camera) {
@@ -97,7 +97,7 @@ class LensSearch {
       if (!guess) return std::nullopt;
       last = fitted(std::move(*guess));
       if (!last || is_another_unit(last->fit)) return std::nullopt;
-      if (std::abs(last->fit.gain - 1) < kSizeSettled) break;
+      if (std::abs(last->fit.gain - 1) < kSizeConverged) break;
       size *= last->fit.gain;
     }
     return std::abs(last->guess.camera.fx / camera().fx - 1) > kOtherScale ? last : std::nullopt;

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check_calibration.hpp>
-#include <chasles/base/constants.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {

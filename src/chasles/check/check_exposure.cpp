@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/check/check_exposure.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/check_exposure.hpp>
 
 namespace chasles {
 namespace {

@@ -16,7 +16,7 @@ constexpr std::size_t kFewestIntervals = 20;
 constexpr double kLargestOffset = 0.5;           // [s]
 constexpr double kCoarse = 0.01, kFine = 0.001;  // steps of the offset [s]
 constexpr double kTurning = 0.02;                // rates that vary less give no information [rad/s]
-constexpr double kSettled = 1e-3;                // [rad]
+constexpr double kRotationConverged = 1e-3;      // [rad]
 constexpr double kOtherUnit = 10;  // a larger gain is another unit, not an error of scale
 constexpr double kMirror = 0.2;    // third over first singular value
 
@@ -273,7 +273,7 @@ std::optional<GyroscopeFit> fit_gyroscope(const std::vector<SeenTwice>& seen,
     const auto guess = [&](Time begin, Time end) { return guessed(turned, before, begin, end); };
     fit = fit_gyroscope(rotation_rates(seen, guess), gyroscope);
     if (!fit) return std::nullopt;
-    if (so3::log(before.cam_R_imu.transpose() * fit->cam_R_imu).norm() < kSettled) break;
+    if (so3::log(before.cam_R_imu.transpose() * fit->cam_R_imu).norm() < kRotationConverged) break;
   }
   return fit;
 }

@@ -7,24 +7,24 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <chasles/base/median.hpp>
 #include <chasles/check/check_imu.hpp>
+#include <chasles/imu/sample_screen.hpp>
 #include <chasles/recording/gravity.hpp>
 #include <chasles/recording/imu_range.hpp>
-#include <chasles/imu/sample_screen.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kWindow = 0.5;        // [s]
-constexpr double kShortestRest = 1.0;  // [s]
-constexpr double kForceScatter = 0.2;  // [m/s^2]
-constexpr double kRateScatter = 0.02;  // [rad/s]
-constexpr double kRestRate = 0.2;      // [rad/s]
+constexpr double kWindow = 0.5;              // [s]
+constexpr double kShortestStandstill = 1.0;  // [s]
+constexpr double kForceScatter = 0.2;        // [m/s^2]
+constexpr double kRateScatter = 0.02;        // [rad/s]
+constexpr double kStandstillRate = 0.2;      // [rad/s]
 constexpr double kRepeatedShare = 0.05;
-constexpr double kGravityOffAtRest = 0.3;  // [m/s^2]
-constexpr double kGravityOffMoving = 1.5;  // [m/s^2]
-constexpr double kUpsideDown = 135;        // [deg]
+constexpr double kGravityOffAtStandstill = 0.3;  // [m/s^2]
+constexpr double kGravityOffMoving = 1.5;        // [m/s^2]
+constexpr double kUpsideDown = 135;              // [deg]
 
 using Six = Eigen::Matrix<double, 6, 1>;
 
@@ -35,32 +35,38 @@ Six as_vector(const ImuSample& s) {
 }
 
 // The samples [begin, end) as a standstill, if they are one.
-bool at_rest(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Rest& rest) {
+bool is_standstill(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end,
+                   StandstillSpan& standstill) {
   const auto n = static_cast<double>(end - begin);
   Six mean = Six::Zero(), scatter = Six::Zero();
   for (std::size_t i = begin; i < end; ++i) mean += as_vector(imu[i]) / n;
   for (std::size_t i = begin; i < end; ++i) scatter += (as_vector(imu[i]) - mean).cwiseAbs2() / n;
-  rest = {.begin = imu[begin].time,
-          .end = imu[end - 1].time,
-          .specific_force_imu = mean.head<3>(),
-          .angular_rate_imu = mean.tail<3>()};
+  standstill = {.begin = imu[begin].time,
+                .end = imu[end - 1].time,
+                .specific_force_imu = mean.head<3>(),
+                .angular_rate_imu = mean.tail<3>()};
   return std::sqrt(scatter.head<3>().sum()) < kForceScatter &&
-         std::sqrt(scatter.tail<3>().sum()) < kRateScatter && mean.tail<3>().norm() < kRestRate;
+         std::sqrt(scatter.tail<3>().sum()) < kRateScatter &&
+         mean.tail<3>().norm() < kStandstillRate;
 }
 
-void join(Rest& rest, const Rest& next) {
-  const double a = to_seconds(rest.end - rest.begin), b = to_seconds(next.end - next.begin);
-  rest.specific_force_imu = (a * rest.specific_force_imu + b * next.specific_force_imu) / (a + b);
-  rest.angular_rate_imu = (a * rest.angular_rate_imu + b * next.angular_rate_imu) / (a + b);
-  rest.end = next.end;
+void join(StandstillSpan& standstill, const StandstillSpan& next) {
+  const double a = to_seconds(standstill.end - standstill.begin),
+               b = to_seconds(next.end - next.begin);
+  standstill.specific_force_imu =
+      (a * standstill.specific_force_imu + b * next.specific_force_imu) / (a + b);
+  standstill.angular_rate_imu =
+      (a * standstill.angular_rate_imu + b * next.angular_rate_imu) / (a + b);
+  standstill.end = next.end;
 }
 
 // The longest standstill; null without any.
-const Rest* longest(const std::vector<Rest>& rests) {
-  const auto found = std::max_element(rests.begin(), rests.end(), [](const Rest& a, const Rest& b) {
-    return a.end - a.begin < b.end - b.begin;
-  });
-  return found == rests.end() ? nullptr : &*found;
+const StandstillSpan* longest(const std::vector<StandstillSpan>& standstills) {
+  const auto found = std::max_element(standstills.begin(), standstills.end(),
+                                      [](const StandstillSpan& a, const StandstillSpan& b) {
+                                        return a.end - a.begin < b.end - b.begin;
+                                      });
+  return found == standstills.end() ? nullptr : &*found;
 }
 
 double median_force(const std::vector<ImuSample>& imu) {
@@ -77,11 +83,12 @@ std::string gravity_advice(double size) {
   return "check the accelerometer's unit (m/s^2) and scale";
 }
 
-void report_gravity_size(const std::vector<ImuSample>& imu, const Rest* rest, CheckReport& report) {
-  const double size = rest ? rest->specific_force_imu.norm() : median_force(imu);
-  const double limit = rest ? kGravityOffAtRest : kGravityOffMoving;
-  const char* when = rest ? "at a standstill" : "in the median of all samples";
-  report.facts.push_back({"imu", rest ? "force at rest" : "median force", size, "m/s^2"});
+void report_gravity_size(const std::vector<ImuSample>& imu, const StandstillSpan* standstill,
+                         CheckReport& report) {
+  const double size = standstill ? standstill->specific_force_imu.norm() : median_force(imu);
+  const double limit = standstill ? kGravityOffAtStandstill : kGravityOffMoving;
+  const char* when = standstill ? "at a standstill" : "in the median of all samples";
+  report.facts.push_back({"imu", standstill ? "force at rest" : "median force", size, "m/s^2"});
   if (std::abs(size - kStandardGravity) <= limit) return;
   report.findings.push_back(
       {.severity = std::abs(size - kStandardGravity) > 2 ? Severity::kError : Severity::kWarning,
@@ -205,25 +212,26 @@ bool has_no_measurement(const std::vector<ImuSample>& imu) {
   });
 }
 
-std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
-  std::vector<Rest> rests;
-  bool resting = false;
+std::vector<StandstillSpan> find_standstills(const std::vector<ImuSample>& imu) {
+  std::vector<StandstillSpan> standstills;
+  bool standing = false;
   for (std::size_t begin = 0, end = 0; begin < imu.size(); begin = end) {
     while (end < imu.size() && to_seconds(imu[end].time - imu[begin].time) < kWindow) ++end;
-    Rest rest;
-    if (end - begin < 5 || !at_rest(imu, begin, end, rest)) {
-      resting = false;
-    } else if (resting) {
-      join(rests.back(), rest);
+    StandstillSpan standstill;
+    if (end - begin < 5 || !is_standstill(imu, begin, end, standstill)) {
+      standing = false;
+    } else if (standing) {
+      join(standstills.back(), standstill);
     } else {
-      rests.push_back(rest);
-      resting = true;
+      standstills.push_back(standstill);
+      standing = true;
     }
   }
   // A window ends one sample before the next one starts.
-  std::erase_if(rests,
-                [](const Rest& r) { return to_seconds(r.end - r.begin) < 0.95 * kShortestRest; });
-  return rests;
+  std::erase_if(standstills, [](const StandstillSpan& r) {
+    return to_seconds(r.end - r.begin) < 0.95 * kShortestStandstill;
+  });
+  return standstills;
 }
 
 void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report) {
@@ -231,14 +239,15 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
     report_attitude_alone(imu.size(), report);
     return;
   }
-  const std::vector<Rest> rests = find_rests(imu);
+  const std::vector<StandstillSpan> standstills = find_standstills(imu);
   double seconds = 0;
-  for (const Rest& rest : rests) seconds += to_seconds(rest.end - rest.begin);
+  for (const StandstillSpan& standstill : standstills)
+    seconds += to_seconds(standstill.end - standstill.begin);
   report.facts.push_back({"imu", "at rest", seconds, "s"});
-  if (const Rest* rest = longest(rests)) {
-    report.facts.push_back({"imu", "rate at rest", rest->angular_rate_imu.norm(), "rad/s"});
+  if (const StandstillSpan* standstill = longest(standstills)) {
+    report.facts.push_back({"imu", "rate at rest", standstill->angular_rate_imu.norm(), "rad/s"});
   }
-  report_gravity_size(imu, longest(rests), report);
+  report_gravity_size(imu, longest(standstills), report);
   report_saturation(imu, range, report);
   report_repeats(imu, report);
   report_dead_axes(imu, report);
@@ -247,11 +256,11 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
 
 void report_camera_upright(const Recording& recording, int index, CheckReport& report) {
   if (has_no_measurement(recording.imu)) return;
-  const std::vector<Rest> rests = find_rests(recording.imu);
-  const Rest* rest = longest(rests);
-  if (!rest) return;
+  const std::vector<StandstillSpan> standstills = find_standstills(recording.imu);
+  const StandstillSpan* standstill = longest(standstills);
+  if (!standstill) return;
   const Camera& camera = recording.cameras[static_cast<std::size_t>(index)];
-  const Eigen::Vector3d up = (camera.cam_T_imu.R * rest->specific_force_imu).normalized();
+  const Eigen::Vector3d up = (camera.cam_T_imu.R * standstill->specific_force_imu).normalized();
   const double roll = std::atan2(up.x(), -up.y()) * 180 / std::numbers::pi;
   const double pitch = std::asin(std::clamp(up.z(), -1.0, 1.0)) * 180 / std::numbers::pi;
   const std::string about = fmt::format("cam{}", index);

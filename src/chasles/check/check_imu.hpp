@@ -10,7 +10,7 @@
 namespace chasles {
 
 /// A standstill: an interval in which the IMU shows no motion.
-struct Rest {
+struct StandstillSpan {
   Time begin{}, end{};
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< mean [m/s^2]
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();  ///< mean, the gyroscope bias [rad/s]
@@ -20,7 +20,7 @@ struct Rest {
 /// specific force scatters by less than 0.2 m/s^2 and the rate by less than 0.02 rad/s, and the
 /// mean rate, then a bias, is below 0.2 rad/s. The scatter is the root of the sum of the three
 /// axes' variances.
-std::vector<Rest> find_rests(const std::vector<ImuSample>& imu);
+std::vector<StandstillSpan> find_standstills(const std::vector<ImuSample>& imu);
 
 /// Whether all samples are six zeros: the topic of a driver that fills in the attitude alone.
 bool has_no_measurement(const std::vector<ImuSample>& imu);

@@ -300,7 +300,7 @@ TEST(Check, WhatCannotBeTakenFromTheRecordingIsSaid) {
 }
 
 // A standstill of three seconds, then rotation and oscillation.
-std::vector<ImuSample> rest_and_swing(double gravity) {
+std::vector<ImuSample> standstill_and_swing(double gravity) {
   std::vector<ImuSample> imu;
   for (int k = 0; k < 1200; ++k) {
     const double t = 0.005 * k, s = t < 3 ? 0 : std::sin(9 * t);
@@ -311,21 +311,21 @@ std::vector<ImuSample> rest_and_swing(double gravity) {
   return imu;
 }
 
-TEST(CheckImu, RestsAreFoundWithTheirBias) {
-  const auto rests = find_rests(rest_and_swing(9.81));
-  ASSERT_EQ(rests.size(), 1u);
-  EXPECT_NEAR(to_seconds(rests[0].end), 3, 0.51);
-  EXPECT_NEAR(rests[0].angular_rate_imu.x(), 0.02, 1e-12);
-  EXPECT_NEAR(rests[0].specific_force_imu.z(), 9.81, 1e-9);
+TEST(CheckImu, StandstillsAreFoundWithTheirBias) {
+  const auto standstills = find_standstills(standstill_and_swing(9.81));
+  ASSERT_EQ(standstills.size(), 1u);
+  EXPECT_NEAR(to_seconds(standstills[0].end), 3, 0.51);
+  EXPECT_NEAR(standstills[0].angular_rate_imu.x(), 0.02, 1e-12);
+  EXPECT_NEAR(standstills[0].specific_force_imu.z(), 9.81, 1e-9);
 }
 
-TEST(CheckImu, GravityAtRestMustBeThatOfTheEarth) {
+TEST(CheckImu, GravityAtStandstillMustBeThatOfTheEarth) {
   CheckReport good, weak, none;
-  report_imu(rest_and_swing(9.81), {}, good);
+  report_imu(standstill_and_swing(9.81), {}, good);
   EXPECT_EQ(findings(good), "");
-  report_imu(rest_and_swing(9.4), {}, weak);
+  report_imu(standstill_and_swing(9.4), {}, weak);
   EXPECT_EQ(finding(weak, "imu", "9.40 m/s^2 at a standstill").severity, Severity::kWarning);
-  report_imu(rest_and_swing(0), {}, none);
+  report_imu(standstill_and_swing(0), {}, none);
   EXPECT_EQ(finding(none, "imu", "0.01 m/s^2 at a standstill").severity, Severity::kError);
 }
 
@@ -341,7 +341,7 @@ TEST(CheckImu, AnAttitudeAloneIsNoImu) {
 }
 
 TEST(CheckImu, GravityThatIsRemovedInPartIsSaid) {
-  auto imu = rest_and_swing(9.81);
+  auto imu = standstill_and_swing(9.81);
   for (ImuSample& s : imu) s.specific_force_imu.z() -= 7;
   CheckReport report;
   report_imu(imu, {}, report);
@@ -349,7 +349,7 @@ TEST(CheckImu, GravityThatIsRemovedInPartIsSaid) {
 }
 
 TEST(CheckImu, SamplesAtTheEdgeOfTheRangeAreCounted) {
-  auto imu = rest_and_swing(9.81);
+  auto imu = standstill_and_swing(9.81);
   for (int k = 700; k < 707; ++k) imu[static_cast<std::size_t>(k)].specific_force_imu.x() = -39.2;
   CheckReport report;
   report_imu(imu, {.accelerometer = 39}, report);
@@ -357,7 +357,7 @@ TEST(CheckImu, SamplesAtTheEdgeOfTheRangeAreCounted) {
 }
 
 TEST(CheckImu, ASensorThatIsReadTooFastIsNamed) {
-  auto imu = rest_and_swing(9.81);
+  auto imu = standstill_and_swing(9.81);
   for (std::size_t k = 601; k < imu.size(); k += 2) {
     imu[k].specific_force_imu = imu[k - 1].specific_force_imu;
     imu[k].angular_rate_imu = imu[k - 1].angular_rate_imu;

@@ -39,7 +39,7 @@ double lossy_interval(const std::vector<double>& intervals, double median) {
   for (int parts = 1; parts <= kMostParts; ++parts) {
     double base = median / parts, sum = 0, count = 0, unbroken = 0;
     for (const double i : intervals) {
-      if (i > kMostParts * median) continue;  // a gap that is long tells little of the interval
+      if (i > kMostParts * median) continue;  // a gap that is long shows little of the interval
       sum += i;
       count += multiple_of(i, base);
       unbroken += multiple_of(i, base) == 1 ? 1 : 0;

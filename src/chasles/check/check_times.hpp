@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/check/check_report.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/check/check_report.hpp>
 
 namespace chasles {
 

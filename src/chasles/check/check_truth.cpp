@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include <chasles/check/check_truth.hpp>
-#include <chasles/recording/gravity.hpp>
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/gravity.hpp>
 
 namespace chasles {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kGravityLean = 3;               // [deg]
 constexpr Time kTurn = std::chrono::seconds(1);  // over which turns are compared
 constexpr std::size_t kFewestTurns = 5;
-constexpr double kLeastTurn = 5;  // of turns that tell something [deg]
+constexpr double kLeastTurn = 5;  // of turns that determine something [deg]
 
 constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 

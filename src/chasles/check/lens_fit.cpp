@@ -4,11 +4,11 @@
 
 #include <Eigen/Geometry>
 
+#include <chasles/base/median.hpp>
 #include <chasles/check/gyroscope_turns.hpp>
 #include <chasles/check/lens_fit.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {
@@ -20,7 +20,7 @@ constexpr double kSlack = 1.5e-3;      // of the rotation of an interval [rad]
 constexpr double kLeastAngle = 3e-4;   // scale of a residual: a sixth of a pixel [rad]
 constexpr double kSecondOfSigmas = 1;  // errors of tracks that share it are not independent [s]
 constexpr int kMostLensSteps = 15;
-constexpr double kLensSettled = 1e-4;
+constexpr double kLensConverged = 1e-4;
 constexpr double kLongestLensStep = 0.2;  // of focal length and distortion
 constexpr double kLeastFocal = 1 / 3.0, kMostFocalScale = 3;
 constexpr double kNoTurn = 1e-9;
@@ -75,7 +75,7 @@ struct LensInterval {
   const std::vector<TwoRays>* pairs = nullptr;
   Vector3 slack = Vector3::Zero();  // Exp(slack) of the predicted second_R_first
   Vector3 t = Vector3::UnitX();
-  bool begun = false;  // t is known
+  bool started = false;  // t is known
 };
 
 // Normal equations of one interval.
@@ -232,12 +232,12 @@ class LensProblem {
       M += n * n.transpose() / (n.squaredNorm() + 1e-6);
     }
     interval.t = symmetric_eigen(M).vectors.col(0);
-    interval.begun = true;
+    interval.started = true;
   }
 
   LensEquations equations(LensInterval& interval) const {
     const PredictedTurn turn = predicted_turn(turns_, interval, x_);
-    if (!interval.begun) begin(interval, turn);
+    if (!interval.started) begin(interval, turn);
     const auto B = tangents(interval.t);
     std::vector<LensRow> rows;
     std::vector<double> sizes;
@@ -347,11 +347,11 @@ std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
   }
   LensProblem problem(seen, gyroscope, start);
   if (problem.intervals() < kFewestOfLens) return std::nullopt;
-  bool settled = false;
-  for (int k = 0; k < kMostLensSteps && !settled; ++k) {
+  bool converged = false;
+  for (int k = 0; k < kMostLensSteps && !converged; ++k) {
     const std::optional<double> step = problem.step();
     if (!step) return std::nullopt;
-    settled = *step < kLensSettled;
+    converged = *step < kLensConverged;
   }
   const double scale = 1 + problem.unknowns().focal;
   if (scale < kLeastFocal || scale > kMostFocalScale) return std::nullopt;

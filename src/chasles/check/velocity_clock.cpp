@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include <chasles/base/median.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/imu/signal_noise.hpp>
 #include <chasles/lie/se3.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLargest = 0.3;   // [s]
 constexpr double kCluster = 1;     // [s]: errors of tracks that share it are not independent
 constexpr std::size_t kFewestClusters = 10;
 constexpr std::size_t kMostIntervals = 1200;  // of a long recording, evenly spread
-constexpr double kClockSettled = 1e-5;        // [s]
+constexpr double kClockConverged = 1e-5;      // [s]
 constexpr int kMostSteps = 30;
 constexpr double kWidth = 2;             // of the loss, in sigmas
 constexpr double kMedianOfTwo = 1.1774;  // median length of two normal numbers
@@ -265,8 +265,8 @@ std::optional<VelocityClock> velocity_clock(const Recording& r) {
   const Fit fit(r, motion, intervals);
   Unknowns x = Unknowns::Zero();
   VelocityClock clock{.sample_noise = noise_in_pixels(r, intervals)};
-  bool settled = false;
-  for (int k = 0; k < kMostSteps && !settled; ++k) {
+  bool converged = false;
+  for (int k = 0; k < kMostSteps && !converged; ++k) {
     const std::vector<Row> rows = fit.rows(x);
     if (rows.size() < 2 * kUnknowns) return std::nullopt;
     clock.scatter = std::max(scatter_of(rows), 1e-6);
@@ -277,20 +277,20 @@ std::optional<VelocityClock> velocity_clock(const Recording& r) {
     if (!step.allFinite()) return std::nullopt;
     x += step;
     if (std::abs(x[0]) > kLargest) return std::nullopt;
-    settled = std::abs(step[0]) < kClockSettled;
+    converged = std::abs(step[0]) < kClockConverged;
   }
   std::size_t clusters = 0;
   clock.offset = x[0];
   clock.sigma = sigma_of(fit.rows(x), clock.scatter, clusters);
-  if (!settled || clusters < kFewestClusters || !std::isfinite(clock.sigma)) return std::nullopt;
+  if (!converged || clusters < kFewestClusters || !std::isfinite(clock.sigma)) return std::nullopt;
   return clock;
 }
 
 void shift_velocities(Recording& r, double offset) {
   if (offset == 0 || r.velocities.empty()) return;
-  const Time begun = r.velocities.front().time;
+  const Time started = r.velocities.front().time;
   for (BodyVelocity& u : r.velocities) u.time -= from_seconds(offset);
-  if (r.frames.empty() || begun < r.frames.front().time) return;
+  if (r.frames.empty() || started < r.frames.front().time) return;
   const Time first = r.frames.front().time;
   const auto after =
       std::ranges::find_if(r.velocities, [&](const BodyVelocity& u) { return u.time >= first; });

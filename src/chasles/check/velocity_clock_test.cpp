@@ -51,8 +51,8 @@ BodyVelocity sample(const Drive& drive, double t, test::Random& random) {
                          drive.rate_noise * Eigen::Vector3d(random.normal_vector(3))};
 }
 
-FeatureFrame look(const Drive& drive, double t, const SE3& world_T_imu,
-                  const std::vector<Eigen::Vector3d>& points, test::Random& random) {
+FeatureFrame observe(const Drive& drive, double t, const SE3& world_T_imu,
+                     const std::vector<Eigen::Vector3d>& points, test::Random& random) {
   FeatureFrame frame{.time = from_seconds(t)};
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto seen = project(rig(), rig().cam0_T_imu * (world_T_imu.inverse() * points[i]));
@@ -83,7 +83,7 @@ Recording drive_past_points(const Drive& drive) {
                        Eigen::Vector3d(8 + 30 * random.uniform(), side, 3 * random.uniform() - 1));
     }
     r.velocities.push_back(sample(drive, t, random));
-    r.frames.push_back(look(drive, t, world_T_imu, points, random));
+    r.frames.push_back(observe(drive, t, world_T_imu, points, random));
     for (int i = 0; i < kSubsteps; ++i) {
       const double middle = t + (i + 0.5) * kStep / kSubsteps;
       world_T_imu = world_T_imu * se3::exp(kStep / kSubsteps * true_velocity(drive, middle));
@@ -136,7 +136,7 @@ TEST(VelocityClock, AbsurdPixelsAreLeftOut) {
 }
 
 // The mean of two noisy samples has less noise than either, whatever the time offset.
-TEST(VelocityClock, OfNoisySamplesIsNotBelieved) {
+TEST(VelocityClock, OfNoisySamplesIsNotAccepted) {
   for (const double lag : {0.0, 0.06}) {
     const auto clock =
         velocity_clock(drive_past_points({.lag = lag, .rate_noise = 0.05, .velocity_noise = 0.5}));

@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/imu_units.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/time_text.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -128,7 +128,7 @@ CsvReader::CsvReader(std::string file, std::string bytes,
                                fmt::join(columns_, ","), expected));
 }
 
-void CsvReader::refuse_utf16() const {
+void CsvReader::reject_utf16() const {
   if (!bytes_.starts_with("\xff\xfe") && !bytes_.starts_with("\xfe\xff")) return;
   throw InputError(fmt::format(
       "{}: is text in UTF-16, expected UTF-8: save it as \"CSV UTF-8\" in the spreadsheet", file_));
@@ -173,7 +173,7 @@ void CsvReader::take_units() {
 
 CsvReader::CsvReader(std::string file, std::string bytes)
     : file_(std::move(file)), bytes_(std::move(bytes)) {
-  refuse_utf16();
+  reject_utf16();
   remove_byte_order_mark(bytes_);
   const CsvHeading heading = find_heading(bytes_);
   if (heading.names.empty()) {

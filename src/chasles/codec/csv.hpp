@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include <chasles/codec/csv_dialect.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/codec/csv_dialect.hpp>
 
 namespace chasles {
 
@@ -83,7 +83,7 @@ class CsvReader {
   void split_names(std::string_view line);
   std::string_view next_line();
   void check_end(LastLine last);
-  void refuse_utf16() const;
+  void reject_utf16() const;
   void read_columns(const CsvHeading& heading);
   void take_units();
   bool is_blank_row(std::string_view line) const;

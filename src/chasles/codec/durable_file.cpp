@@ -9,10 +9,10 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -23,7 +23,7 @@ fs::path folder_with(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-[[noreturn]] void refuse_replacement(const fs::path& file, int error) {
+[[noreturn]] void reject_replacement(const fs::path& file, int error) {
   throw UsageError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(error)));
 }
 
@@ -32,7 +32,7 @@ void move_over_file(const fs::path& from, const fs::path& file) {
   const int error = errno;
   std::error_code ignored;
   fs::remove(from, ignored);
-  refuse_replacement(file, error);
+  reject_replacement(file, error);
 }
 
 bool is_still(const fs::path& path, int descriptor) {
@@ -54,7 +54,7 @@ int locked_file(const fs::path& path, bool& no_locks) {
       descriptor = ::open(path.c_str(), flags);
       if (descriptor < 0 && errno == ENOENT) continue;  // moved meanwhile
     }
-    if (descriptor < 0) refuse_replacement(path, errno);
+    if (descriptor < 0) reject_replacement(path, errno);
     const bool locked = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
     no_locks = !locked && errno != EWOULDBLOCK && errno != EINTR;
     if (locked && is_still(path, descriptor) && ::ftruncate(descriptor, 0) == 0) return descriptor;

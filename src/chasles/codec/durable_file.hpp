@@ -57,7 +57,7 @@ void replace_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Several files of a folder that replace old ones. A fault while they are written leaves the old
 /// ones. One of them marks a complete set: it is removed first and written last, so that readers
-/// refuse the folder in between. Several processes may write such sets at once; the last one
+/// reject the folder in between. Several processes may write such sets at once; the last one
 /// counts.
 class FileSet {
  public:

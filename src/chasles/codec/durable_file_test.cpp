@@ -4,11 +4,11 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
-#include <chasles/recording/testing.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/testing.hpp>
 
 namespace chasles {
 namespace {
@@ -58,7 +58,7 @@ TEST(DurableFile, LinksAreFollowedAlsoToWhatIsNotThereYet) {
   EXPECT_EQ(test::slurp(folder / "sub/real"), "one");
   fs::create_symlink("loop", folder / "loop");
   fs::create_symlink("none/real", folder / "astray");
-  const auto refusal = [&](const char* name) -> std::string {
+  const auto rejection = [&](const char* name) -> std::string {
     try {
       replace_file(folder / name, "one");
     } catch (const UsageError& error) {
@@ -66,17 +66,18 @@ TEST(DurableFile, LinksAreFollowedAlsoToWhatIsNotThereYet) {
     }
     return "written";
   };
-  EXPECT_NE(refusal("loop").find("leads back to itself"), std::string::npos) << refusal("loop");
-  EXPECT_NE(refusal("astray").find("there is no folder"), std::string::npos) << refusal("astray");
+  EXPECT_NE(rejection("loop").find("leads back to itself"), std::string::npos) << rejection("loop");
+  EXPECT_NE(rejection("astray").find("there is no folder"), std::string::npos)
+      << rejection("astray");
   EXPECT_TRUE(fs::is_symlink(folder / "loop"));
 }
 
-TEST(DurableFile, APipeWithoutAReaderIsRefusedAtOnce) {
+TEST(DurableFile, APipeWithoutAReaderIsRejectedAtOnce) {
   const auto folder = test::scratch();
   const fs::path pipe = folder / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THROW(replace_file(pipe, "one"), UsageError);
-  EXPECT_THROW(refuse_pipe(pipe), UsageError);
+  EXPECT_THROW(reject_pipe(pipe), UsageError);
   const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
   replace_file(pipe, "one");
   char bytes[4] = {};

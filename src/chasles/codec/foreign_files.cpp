@@ -173,22 +173,22 @@ std::optional<std::string> foreign_file(const std::filesystem::path& file,
   if (first_bytes.empty()) {
     return "is empty: the recording or the copy of it broke off before its first byte";
   }
-  const auto looks = [](std::string_view what) { return fmt::format("looks like {}", what); };
-  if (const std::string_view what = stand_in(first_bytes); !what.empty()) return looks(what);
+  const auto resembles = [](std::string_view what) { return fmt::format("looks like {}", what); };
+  if (const std::string_view what = stand_in(first_bytes); !what.empty()) return resembles(what);
   const std::string name = lower_case(file.filename().string());
   const bool hdf5 = first_bytes.starts_with("\x89HDF");
   for (const NameEnding& known : kNameEndings) {
     // A .mat file of MATLAB 7.3 is one too.
-    if (name.ends_with(known.ending) && (hdf5 || known.what != kHdf5)) return looks(known.what);
+    if (name.ends_with(known.ending) && (hdf5 || known.what != kHdf5)) return resembles(known.what);
   }
   for (const Signature& known : kSignatures) {
     if (std::string_view(first_bytes)
             .substr(std::min(known.at, first_bytes.size()))
             .starts_with(known.bytes)) {
-      return looks(known.what);
+      return resembles(known.what);
     }
   }
-  if (const std::string_view what = by_json(first_bytes); !what.empty()) return looks(what);
+  if (const std::string_view what = by_json(first_bytes); !what.empty()) return resembles(what);
   return by_zip(first_bytes);
 }
 

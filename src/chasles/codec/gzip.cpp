@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/bytes.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

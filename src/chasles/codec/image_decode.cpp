@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_kinds.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

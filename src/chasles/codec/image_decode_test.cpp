@@ -168,7 +168,7 @@ TEST(ImageDecode, NamesOfImagesEndInAnyLettersAndAreNotHidden) {
   }
 }
 
-TEST(ImageDecode, AnAbsurdSizeIsRefusedBeforeAnythingIsMade) {
+TEST(ImageDecode, AnAbsurdSizeIsRejectedBeforeAnythingIsMade) {
   std::string png = test::picture_bytes(0);
   const ImageSize large{.width = 20000, .height = 20000};
   png.replace(16, 8, big_endian(20000) + big_endian(20000));

@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/image_range.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/image_range.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr std::size_t kLooks = 9;
+constexpr std::size_t kSampled = 9;
 
 // The bits that sensors have.
 int bits_for(int largest) {
@@ -28,10 +28,10 @@ int largest_but_hot(std::vector<std::uint16_t> values) {
 std::optional<DeepRange> deep_range(std::size_t count,
                                     const std::function<std::optional<int>(std::size_t)>& largest) {
   DeepRange range;
-  const std::size_t looks = std::min(count, kLooks);
-  for (std::size_t n = 0; n < looks; ++n) {
+  const std::size_t sampled = std::min(count, kSampled);
+  for (std::size_t n = 0; n < sampled; ++n) {
     try {
-      const std::optional<int> found = largest(looks == 1 ? 0 : n * (count - 1) / (looks - 1));
+      const std::optional<int> found = largest(sampled == 1 ? 0 : n * (count - 1) / (sampled - 1));
       if (!found && range.images == 0) return std::nullopt;
       if (!found) continue;
       ++range.images;

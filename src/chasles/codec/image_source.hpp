@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <functional>
 
-#include <chasles/camera/image_frame.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/camera/image_frame.hpp>
 
 namespace chasles {
 

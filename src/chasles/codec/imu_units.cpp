@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/column_names.hpp>
 #include <chasles/codec/imu_units.hpp>
 #include <chasles/codec/unit_spelling.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
 namespace chasles {

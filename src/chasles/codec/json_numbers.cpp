@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/json_numbers.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/read_budget.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/bytes.hpp>
 #include <chasles/codec/mat_file.hpp>
 #include <chasles/codec/mat_structure.hpp>
 #include <chasles/codec/matio_library.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/bytes.hpp>
 #include <chasles/codec/mat_structure.hpp>
 #include <chasles/codec/read_budget.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -98,7 +98,7 @@ class MatArrays {
     }
   }
 
-  // The same for the content of a compressed element, whose first bytes tell its kind.
+  // The same for the content of a compressed element, whose first bytes give its kind.
   bool is_compressed_array(std::string_view deflated) {
     const std::string head = inflated(deflated, kLongestArrayHead);
     if (head.size() < kMatTag) return false;

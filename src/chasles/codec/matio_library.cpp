@@ -1,8 +1,8 @@
 #include <dlfcn.h>
 #include <string>
 
-#include <chasles/codec/matio_library.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/matio_library.hpp>
 
 namespace chasles {
 namespace {

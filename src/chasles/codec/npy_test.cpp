@@ -14,7 +14,7 @@ NpyHeader parse(const std::string& dict, char version = 1) {
   return parse_npy_header(header, "f");
 }
 
-TEST(NpyHeader, TellsTypeOrderAndShape) {
+TEST(NpyHeader, ShowsTypeOrderAndShape) {
   const NpyHeader header =
       parse("{'descr': '<f4', 'fortran_order': True, 'shape': (4, 260, 1104), }");
   EXPECT_EQ(header.type, NpyType::kFloat32);
@@ -58,7 +58,7 @@ TEST(NpyHeader, EveryTypeIsTurnedIntoTheSameNumbers) {
   check(NpyType::kUint64, std::uint64_t{});
 }
 
-TEST(NpyHeader, ForeignTypesAreRefusedByName) {
+TEST(NpyHeader, ForeignTypesAreRejectedByName) {
   for (const std::string descr : {"|O", ">f8", "<c16", "<U8", "<f2", ""}) {
     expect_parts(input_error([&] {
                    parse("{'descr': '" + descr + "', 'fortran_order': False, 'shape': (3,), }");
@@ -71,7 +71,7 @@ TEST(NpyHeader, ForeignTypesAreRefusedByName) {
                {"records"});
 }
 
-TEST(NpyHeader, MalformedDictionariesAreRefused) {
+TEST(NpyHeader, MalformedDictionariesAreRejected) {
   for (const std::string dict :
        {"", "{", "{'descr'", "{'descr': '<f8'", "{'descr': '<f8'}", "[]",
         "{'descr': '<f8', 'fortran_order': 0, 'shape': (3,), }",
@@ -82,7 +82,7 @@ TEST(NpyHeader, MalformedDictionariesAreRefused) {
   }
 }
 
-TEST(NpyHeader, SizesThatOverflowAreRefused) {
+TEST(NpyHeader, SizesThatOverflowAreRejected) {
   expect_parts(
       input_error([] {
         parse("{'descr': '<f8', 'fortran_order': False, 'shape': (4294967296, 4294967296), }");
@@ -90,7 +90,7 @@ TEST(NpyHeader, SizesThatOverflowAreRefused) {
       {"claims more than 2^32 numbers"});
 }
 
-TEST(NpyHeader, ForeignBytesVersionsAndLengthsAreRefused) {
+TEST(NpyHeader, ForeignBytesVersionsAndLengthsAreRejected) {
   expect_parts(input_error([] { npy_header_size("abcdefghijkl", "f"); }), {"is not an .npy array"});
   expect_parts(input_error([] { npy_header_size("\x93NUMPY", "f"); }), {"is not an .npy array"});
   std::string header = npy_header("{}");

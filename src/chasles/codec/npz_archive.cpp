@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/bytes.hpp>
 #include <chasles/codec/npz_archive.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -4,9 +4,9 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include <chasles/lie/se3.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 

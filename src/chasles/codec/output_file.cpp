@@ -6,15 +6,15 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/output_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/output_file.hpp>
 
 namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse_output(const fs::path& file, int error) {
+[[noreturn]] void reject_output(const fs::path& file, int error) {
   if (error == ENXIO) {
     throw UsageError(fmt::format(
         "{}: cannot be written: it is a socket, or a pipe that no program reads; expected a file, "
@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 int open_to_write(const fs::path& file) {
   constexpr int kFlags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK;
   const int descriptor = ::open(file.c_str(), kFlags, 0666);
-  if (descriptor < 0) refuse_output(file, errno);
+  if (descriptor < 0) reject_output(file, errno);
   const int flags = ::fcntl(descriptor, F_GETFL);
   if (flags >= 0) ::fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK);
   return descriptor;
@@ -39,7 +39,7 @@ void write_all(int descriptor, std::string_view bytes, const fs::path& file) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) refuse_output(file, written < 0 ? errno : ENOSPC);
+    if (written <= 0) reject_output(file, written < 0 ? errno : ENOSPC);
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
 }
@@ -54,7 +54,7 @@ fs::path followed(const fs::path& file) {
                        ": is a link that leads back to itself, expected a file or a link to one");
     }
     const fs::path target = fs::read_symlink(at, error);
-    if (error) refuse_output(file, error.value());
+    if (error) reject_output(file, error.value());
     at = target.is_absolute() ? target : at.parent_path() / target;
   }
   const fs::path folder = at.has_parent_path() ? at.parent_path() : ".";
@@ -63,7 +63,7 @@ fs::path followed(const fs::path& file) {
                                at.string(), folder.string()));
 }
 
-void refuse_pipe(const fs::path& file) {
+void reject_pipe(const fs::path& file) {
   std::error_code ignored;
   const fs::path target = fs::weakly_canonical(file, ignored);
   const fs::file_status status = fs::status(file, ignored);

@@ -20,6 +20,6 @@ std::filesystem::path followed(const std::filesystem::path& file);
 
 /// Throws UsageError for a pipe or a socket that has a name of its own: what must be there at the
 /// end of a long run goes into a file. /dev/stdout may be a pipe.
-void refuse_pipe(const std::filesystem::path& file);
+void reject_pipe(const std::filesystem::path& file);
 
 }  // namespace chasles

@@ -1,9 +1,9 @@
 #include <algorithm>
 
 #include <chasles/codec/image_encode.hpp>
-#include <chasles/recording/image_testing.hpp>
 #include <chasles/codec/png_rows.hpp>
 #include <chasles/codec/png_testing.hpp>
+#include <chasles/recording/image_testing.hpp>
 
 namespace chasles {
 namespace {
@@ -93,7 +93,7 @@ TEST(PngDecode, PixelsThatAreMissingOrTooManyAreDamage) {
   expect_parts(error(test::zlib_bytes(filter)), {"a filter that PNG does not have"});
 }
 
-TEST(PngDecode, ABombIsRefusedBeforeMemoryIsTaken) {
+TEST(PngDecode, ABombIsRejectedBeforeMemoryIsTaken) {
   std::string png = random_png({.width = 10000, .height = 1}, 1);
   std::string header = png.substr(16, 13);
   header.replace(4, 4, std::string("\0\0\x27\x10", 4));

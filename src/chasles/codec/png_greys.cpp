@@ -56,7 +56,7 @@ void PngGreys::write(std::span<const std::uint8_t> row, std::size_t y, const Png
   if (png_.depth == 16) {
     write_values<2>(row, png_.channels(), count, pixels.deep.data() + first, pass.dx);
   } else if (!greys_.empty() || png_.colour == kPalette) {
-    write_looked_up(row, count, pixels.shallow.data() + first, pass.dx);
+    write_from_table(row, count, pixels.shallow.data() + first, pass.dx);
   } else if (png_.colour == kGrey && pass.dx == 1) {
     std::copy_n(row.data(), count, pixels.shallow.data() + first);
   } else {
@@ -64,8 +64,8 @@ void PngGreys::write(std::span<const std::uint8_t> row, std::size_t y, const Png
   }
 }
 
-void PngGreys::write_looked_up(std::span<const std::uint8_t> row, std::size_t count,
-                               std::uint8_t* out, std::size_t step) const {
+void PngGreys::write_from_table(std::span<const std::uint8_t> row, std::size_t count,
+                                std::uint8_t* out, std::size_t step) const {
   const std::size_t per_byte = 8 / png_.depth;
   const std::uint32_t most = (1u << png_.depth) - 1;
   for (std::size_t i = 0; i < count; ++i) {

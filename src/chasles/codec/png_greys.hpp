@@ -35,8 +35,8 @@ class PngGreys {
   GreyPixels pixels;
 
  private:
-  void write_looked_up(std::span<const std::uint8_t> row, std::size_t count, std::uint8_t* out,
-                       std::size_t step) const;
+  void write_from_table(std::span<const std::uint8_t> row, std::size_t count, std::uint8_t* out,
+                        std::size_t step) const;
 
   PngHeader png_;
   std::vector<std::uint8_t> greys_;  // of each colour of the palette, or value of fewer than 8 bits

@@ -9,7 +9,7 @@
 #include <zlib.h>
 
 // A plain writer of PNG files of every kind, by the formulas of the specification, with zlib: the
-// reader uses neither. OpenCV's reader (libpng) is the judge of both.
+// reader uses neither. OpenCV's reader (libpng) decides on both.
 namespace chasles::test {
 
 struct PngKind {

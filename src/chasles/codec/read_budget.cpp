@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/read_budget.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/read_budget.hpp>
 
 namespace chasles {
 namespace {

@@ -4,16 +4,16 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/codec/bomb_testing.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/read_budget.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
-#include <chasles/recording/testing.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
+#include <chasles/recording/bags/bag_contents.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/run.hpp>
 
 // Files of a few bytes that claim gigabytes, nest without end, or never end.
 namespace chasles {
@@ -47,7 +47,7 @@ TEST(ReadBudget, IsSetByTheEnvironment) {
   EXPECT_EQ(read_budget().depth, 7);
 }
 
-TEST(ReadBudget, AValueThatIsNoneIsRefused) {
+TEST(ReadBudget, AValueThatIsNoneIsRejected) {
   for (const char* text : {"", "0", "-1", "1.5G", "2T", "4GB", "99999999999G", "much"}) {
     const Variable variable("CHASLES_READ_MEMORY", text);
     EXPECT_THROW(read_budget(), UsageError) << text;
@@ -58,7 +58,7 @@ TEST(ReadBudget, AValueThatIsNoneIsRefused) {
   }
 }
 
-TEST(ReadBudget, AFileLargerThanItIsRefused) {
+TEST(ReadBudget, AFileLargerThanItIsRejected) {
   const auto file = test::scratch() / "a.tum";
   test::spill(file, std::string(2000, '#'));
   EXPECT_EQ(read_file(file).size(), 2000u);
@@ -106,7 +106,8 @@ TEST(ReadBudget, OfTracksCountsTheObservations) {
 }
 
 TEST(ReadBudget, OfABagCountsTheChunks) {
-  const auto bags = std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/recording/bags/testdata";
+  const auto bags =
+      std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/recording/bags/testdata";
   EXPECT_EQ(scan_bags({bags / "none.bag"}).files.size(), 1u);
   const Variable variable("CHASLES_READ_MEMORY", "5K");
   expect_parts(input_error([&] { scan_bags({bags / "none.bag"}); }),
@@ -136,7 +137,7 @@ TEST(Json, NumbersBeyondADoubleAndDamageAreNamed) {
   EXPECT_EQ(parse_json(R"({"a": [1, {"b": 2.5}]})", "x.json")["a"][1]["b"], 2.5);
 }
 
-TEST(Json, TooManyKeysOrValuesAreRefused) {
+TEST(Json, TooManyKeysOrValuesAreRejected) {
   const BombStopwatch quick;
   std::string keys = "{";
   for (int i = 0; i < 100'000; ++i) keys += fmt::format("\"{}\":0,", i);
@@ -171,7 +172,7 @@ TEST(Yaml, ManyKeysTakeTimeInProportion) {
                {"a.yaml:1: key 'key_0': is unknown"});
 }
 
-TEST(Yaml, ManyNodesAreRefused) {
+TEST(Yaml, ManyNodesAreRejected) {
   const auto file = test::scratch() / "a.yaml";
   test::spill(file, "list: [" + std::string(10'000, ',') + "]\n");
   const Variable variable("CHASLES_READ_MEMORY", "1M");
@@ -179,7 +180,7 @@ TEST(Yaml, ManyNodesAreRefused) {
                {"a.yaml: has 10009 bytes of YAML", "CHASLES_READ_MEMORY"});
 }
 
-TEST(Yaml, NestingIsRefused) {
+TEST(Yaml, NestingIsRejected) {
   const auto file = test::scratch() / "a.yaml";
   const BombStopwatch quick;
   for (const std::string& open : {std::string("["), std::string("{a: "), std::string("- ")}) {
@@ -191,7 +192,7 @@ TEST(Yaml, NestingIsRefused) {
   }
 }
 
-TEST(Mat, AStructThatClaimsMoreFieldsThanItsBytesIsRefused) {
+TEST(Mat, AStructThatClaimsMoreFieldsThanItsBytesIsRejected) {
   const auto file = test::scratch() / "a.mat";
   const BombStopwatch quick;
   for (const std::string& array :

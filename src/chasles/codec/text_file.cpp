@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
 #include <chasles/codec/foreign_files.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
-#include <chasles/base/interruption.hpp>
 
 namespace chasles {
 namespace {

@@ -1,6 +1,6 @@
+#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/recording.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/codec/time_order.hpp>
 
 namespace chasles {
 namespace {
@@ -45,7 +45,7 @@ TEST(TimeOrder, DisorderWithoutAMixIsMended) {
   EXPECT_EQ(remarks_on(samples(0, 900)).size(), 0u);
   EXPECT_EQ(remarks_on(samples(5000, 9000) + samples(0, 5000)).size(), 1u);  // stretches exchanged
   EXPECT_EQ(remarks_on(samples(0, 9000) + samples(3000, 6000)).size(), 2u);  // copies
-  EXPECT_EQ(remarks_on(samples(0, 2000) + samples(1805, 3000)).size(), 1u);  // too short to tell
+  EXPECT_EQ(remarks_on(samples(0, 2000) + samples(1805, 3000)).size(), 1u);  // too short to decide
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/time_text.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -118,7 +118,7 @@ void check_steps(const ColumnTimes& column, std::string_view text, const std::st
   if (column.step <= 1.5 * interval) return;
   throw InputError(fmt::format(
       "{}: the times are written as '{}', with steps of {}, and {} rows are within {}: they do not "
-      "tell the rows apart. Did a spreadsheet round them? Export the table again with all digits, "
+      "distinguish the rows. Did a spreadsheet round them? Export the table again with all digits, "
       "without opening it there",
       where, text, step_text(column.step), column.times.size(),
       step_text(interval * static_cast<double>(column.times.size() - 1))));
@@ -169,7 +169,7 @@ ColumnTimes decimal_times(const std::vector<std::string_view>& texts, const Time
   return result;
 }
 
-// As nanoseconds, decimals do not tell rows apart.
+// As nanoseconds, decimals do not distinguish rows.
 bool is_of_another_unit(const ColumnTimes& column) {
   return column.times.size() >= 4 && column.step < 1 && mean_interval(column.times) < 1;
 }

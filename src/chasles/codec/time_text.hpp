@@ -41,7 +41,7 @@ struct ColumnTimes {
 /// exponents is in the unit that makes its largest time one before the year 2115, beginning with
 /// seconds: 0.005 and 1403636583.26 are seconds, 1.40363658326e+18 is nanoseconds. `where(i)` names
 /// the place of a text. Throws InputError for a text that is no number, and for times whose digits
-/// do not tell most of them apart, as spreadsheets round them.
+/// do not distinguish most of them, as spreadsheets round them.
 ColumnTimes read_unscaled_times(const std::vector<std::string_view>& texts,
                                 const std::function<std::string(std::size_t)>& where);
 
@@ -52,7 +52,7 @@ ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
                              const std::function<std::string(std::size_t)>& where);
 
 /// Throws InputError if times in the unit that the name of their column states are at more than
-/// 20000 Hz: that unit is wrong. Fewer than 100 are not judged.
+/// 20000 Hz: that unit is wrong. Fewer than 100 are not assessed.
 void check_stated_scale(const ColumnTimes& times, std::string_view first, const std::string& where);
 
 /// Whether all times are rounded to 15 significant digits, as spreadsheets do it, and no further.

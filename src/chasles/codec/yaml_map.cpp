@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

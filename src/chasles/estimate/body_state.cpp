@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 
-#include <chasles/lie/so3.hpp>
 #include <chasles/estimate/body_state.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {

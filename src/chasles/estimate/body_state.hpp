@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include <chasles/lie/se3.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 

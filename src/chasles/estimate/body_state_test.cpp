@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include <chasles/lie/so3.hpp>
 #include <chasles/estimate/body_state.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {

@@ -24,7 +24,7 @@ struct Closure {
 struct PlaceCounts {
   int searches = 0;              ///< for a place by appearance
   int proposed = 0;              ///< places that were found so
-  int refused = 0;               ///< of them, those whose landmarks were not jointly compatible
+  int rejected = 0;              ///< of them, those whose landmarks were not jointly compatible
   std::optional<Time> placed{};  ///< when the place was accepted, on the IMU's clock
 };
 

@@ -6,11 +6,11 @@
 
 #include <Eigen/Core>
 
-#include <chasles/filter/calibration.hpp>
-#include <chasles/lie/se3.hpp>
+#include <chasles/base/time.hpp>
 #include <chasles/estimate/health.hpp>
 #include <chasles/estimate/recent_tracks.hpp>
-#include <chasles/base/time.hpp>
+#include <chasles/filter/calibration.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 
@@ -66,10 +66,10 @@ struct Estimate {
   int landmarks = 0;     ///< of the whole map
   TrackUse tracks = {};  ///< null-space updates, where the settings allow only few landmarks
   Health health = Health::kOk;
-  Doubt doubt = Doubt::kNone;                   ///< the reason of kDegraded, of a filter or window
-  bool zero_velocity = false;                   ///< a zero-velocity update was made
-  std::optional<Calibration> calibration = {};  ///< where any of it is estimated
-  std::optional<StageSeconds> seconds = {};     ///< of a filter
+  Degradation degradation = Degradation::kNone;  ///< the reason of kDegraded, of a filter or window
+  bool zero_velocity = false;                    ///< a zero-velocity update was made
+  std::optional<Calibration> calibration = {};   ///< where any of it is estimated
+  std::optional<StageSeconds> seconds = {};      ///< of a filter
   std::optional<PoseInMap> in_map = {};
 
   Matrix6d pose_covariance() const { return covariance.topLeftCorner<6, 6>(); }

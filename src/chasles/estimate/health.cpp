@@ -1,5 +1,5 @@
-#include <chasles/eval/chi2.hpp>
 #include <chasles/estimate/health.hpp>
+#include <chasles/eval/chi2.hpp>
 
 namespace chasles {
 namespace {
@@ -20,19 +20,19 @@ std::string name(Health health) {
   return health == Health::kDegraded ? "degraded" : "lost";
 }
 
-std::string name(Doubt doubt) {
-  switch (doubt) {
-    case Doubt::kFewObservations:
+std::string name(Degradation degradation) {
+  switch (degradation) {
+    case Degradation::kFewObservations:
       return "few_observations";
-    case Doubt::kRejections:
+    case Degradation::kRejections:
       return "rejections";
-    case Doubt::kInnovations:
+    case Degradation::kInnovations:
       return "innovations";
-    case Doubt::kUnknownSpeed:
+    case Degradation::kUnknownSpeed:
       return "unknown_speed";
-    case Doubt::kLens:
+    case Degradation::kLens:
       return "lens";
-    case Doubt::kNone:
+    case Degradation::kNone:
       break;
   }
   return "none";
@@ -48,7 +48,7 @@ bool RecentInnovations::contradict(Time time, double nis, int dof) {
   return all > 0 && sum > kMostNisPerDof * all && sum > chi2_quantile(0.999, all);
 }
 
-Doubt RecentUse::judge(Time time, int used, int rejected, double nis, int dof) {
+Degradation RecentUse::assess(Time time, int used, int rejected, double nis, int dof) {
   add({.time = time, .used = used, .rejected = rejected}, last_second_);
   int all_used = 0;
   int all_rejected = 0;
@@ -57,9 +57,9 @@ Doubt RecentUse::judge(Time time, int used, int rejected, double nis, int dof) {
     all_rejected += use.rejected;
   }
   const bool contradict = innovations_.contradict(time, nis, dof);
-  if (all_used < 3) return Doubt::kFewObservations;
-  if (all_rejected > all_used) return Doubt::kRejections;
-  return contradict ? Doubt::kInnovations : Doubt::kNone;
+  if (all_used < 3) return Degradation::kFewObservations;
+  if (all_rejected > all_used) return Degradation::kRejections;
+  return contradict ? Degradation::kInnovations : Degradation::kNone;
 }
 
 }  // namespace chasles

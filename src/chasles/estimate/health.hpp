@@ -10,13 +10,13 @@ namespace chasles {
 /// The reliability of an estimate.
 enum class Health {
   kOk,
-  kDegraded,  ///< see Doubt
+  kDegraded,  ///< see Degradation
   kLost,  ///< not finite, or an invalid covariance: this and all later estimates are meaningless
 };
 std::string name(Health health);
 
 /// Why an estimate is degraded.
-enum class Doubt {
+enum class Degradation {
   kNone,
   kFewObservations,  ///< in the last second fewer than 3 observations were used
   kRejections,       ///< in the last second more were rejected than used
@@ -25,10 +25,10 @@ enum class Doubt {
   kLens,             ///< the tracks of the recording contradict the stated lens
 };
 
-std::string name(Doubt doubt);  ///< "few_observations"; of kNone "none"
+std::string name(Degradation degradation);  ///< "few_observations"; of kNone "none"
 
 /// Above this NIS per degree of freedom, over a second, innovations contradict their covariance:
-/// the errors are more than 1.4 times as large as the filter believes, or the noise is stated
+/// the errors are more than 1.4 times as large as the covariance states, or the noise is stated
 /// wrongly. The recordings of docs/results.md and docs/pixels.md have 0.2 to 0.9 over a whole run,
 /// and flights with a real IMU and rendered images up to 1.2 (docs/inertial-results.md).
 inline constexpr double kMostNisPerDof = 2;
@@ -55,7 +55,7 @@ class RecentUse {
  public:
   /// Adds this frame. Times rise. `nis`, `dof`: of a filter's innovations, or of a window's
   /// residuals.
-  Doubt judge(Time time, int used, int rejected, double nis, int dof);
+  Degradation assess(Time time, int used, int rejected, double nis, int dof);
 
  private:
   struct Use {

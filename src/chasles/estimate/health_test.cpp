@@ -7,27 +7,28 @@ namespace {
 
 Time frame_time(int frame) { return frame * std::chrono::milliseconds(100); }
 
-TEST(RecentUse, DoubtsAnEstimateWithoutObservationsAndOneThatRejectsMost) {
+TEST(RecentUse, DegradesAnEstimateWithoutObservationsAndOneThatRejectsMost) {
   RecentUse recent;
-  EXPECT_EQ(recent.judge(frame_time(0), 2, 0, 2, 4), Doubt::kFewObservations);
-  EXPECT_EQ(recent.judge(frame_time(1), 2, 5, 2, 4), Doubt::kRejections);
-  EXPECT_EQ(recent.judge(frame_time(2), 20, 0, 40, 40), Doubt::kNone);
+  EXPECT_EQ(recent.assess(frame_time(0), 2, 0, 2, 4), Degradation::kFewObservations);
+  EXPECT_EQ(recent.assess(frame_time(1), 2, 5, 2, 4), Degradation::kRejections);
+  EXPECT_EQ(recent.assess(frame_time(2), 20, 0, 40, 40), Degradation::kNone);
 }
 
-TEST(RecentUse, DoubtsInnovationsThatContradictTheirCovarianceForASecond) {
+TEST(RecentUse, DegradesInnovationsThatContradictTheirCovarianceForASecond) {
   RecentUse recent;
   for (int k = 0; k < 20; ++k) {
-    EXPECT_EQ(recent.judge(frame_time(k), 20, 0, 44, 40), Doubt::kNone) << k;
+    EXPECT_EQ(recent.assess(frame_time(k), 20, 0, 44, 40), Degradation::kNone) << k;
   }
   // NIS of 608 per degree of freedom: a filter without a gate that has gone astray.
-  int doubted = 0;
+  int degraded = 0;
   for (int k = 20; k < 30; ++k) {
-    doubted += recent.judge(frame_time(k), 20, 0, 608 * 40, 40) == Doubt::kInnovations ? 1 : 0;
+    degraded +=
+        recent.assess(frame_time(k), 20, 0, 608 * 40, 40) == Degradation::kInnovations ? 1 : 0;
   }
-  EXPECT_EQ(doubted, 10);
+  EXPECT_EQ(degraded, 10);
   int after = 0;
   for (int k = 30; k < 50; ++k) {
-    after += recent.judge(frame_time(k), 20, 0, 40, 40) == Doubt::kInnovations ? 1 : 0;
+    after += recent.assess(frame_time(k), 20, 0, 40, 40) == Degradation::kInnovations ? 1 : 0;
   }
   EXPECT_EQ(after, 10) << "for one second after the last of them";
 }

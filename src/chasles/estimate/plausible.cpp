@@ -7,7 +7,7 @@ namespace chasles {
 namespace {
 
 constexpr int kFewCompared = 6;
-constexpr double kSurprising = 1.5;
+constexpr double kInconsistent = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
 // A speed with this sigma [m/s], and this part of itself, is unknown. New landmarks then have
 // depths as wrong, and do not correct it; an initialisation finds it in a second.
@@ -46,9 +46,9 @@ bool has_unknown_speed(const Estimate& e) {
 bool contradicted(const Estimate& e) {
   const int used = e.used + e.tracks.used, rejected = e.rejected + e.tracks.rejected;
   const int compared = rejected + used;
-  const bool surprised = e.nis > kSurprising * e.nis_dof;
+  const bool inconsistent = e.nis > kInconsistent * e.nis_dof;
   const bool mostly_rejected =
-      compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
+      compared >= kFewCompared && (inconsistent ? 5 : 3) * rejected > compared;
   const bool starves =
       !e.zero_velocity && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
   return mostly_rejected || starves || has_unknown_speed(e);

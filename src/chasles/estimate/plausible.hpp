@@ -1,7 +1,7 @@
 #pragma once
 
-#include <chasles/filter/past/past.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/filter/past/past.hpp>
 
 // Whether an estimate of a visual-inertial filter can be true.
 namespace chasles {

@@ -8,7 +8,7 @@ namespace chasles {
 
 /// One condition of a start and its measured value at the latest attempt. Its texts are literals.
 struct Requirement {
-  std::string_view way;   ///< "at rest" or "in motion": one way suffices, with all its conditions
+  std::string_view way;   ///< "static" or "dynamic": one way suffices, with all its conditions
   std::string_view name;  ///< for messages: "parallax"
   double measured = 0, threshold = 0;
   bool at_least =
@@ -25,9 +25,9 @@ Requirement at_most(std::string_view name, double measured, double threshold,
 
 bool all_met(std::span<const Requirement> requirements);
 
-/// One sentence with the conditions that are not met, as "not initialised after 2.1 s: at rest:
-/// gyroscope deviation 0.21 rad/s of at most 0.014 rad/s; in motion: parallax 3.1 px of at least 10
-/// px".
+/// One sentence with the conditions that are not met, as "not initialised after 2.1 s: static:
+/// gyroscope standard deviation 0.21 rad/s of at most 0.014 rad/s; dynamic: parallax 3.1 px of at
+/// least 10 px".
 std::string why_not_initialised(double seconds, std::span<const Requirement> requirements);
 
 }  // namespace chasles

@@ -2,9 +2,9 @@
 
 #include <functional>
 
+#include <chasles/base/time.hpp>
 #include <chasles/filter/measurement.hpp>
 #include <chasles/filter/state.hpp>
-#include <chasles/base/time.hpp>
 
 namespace chasles {
 

@@ -167,7 +167,7 @@ TEST(TimedMeasurement, WaitsForTheStartOfASession) {
   InertialSession session = session_for(recording);
   EventStream events(recording);
   std::vector<Time> given;
-  std::optional<Time> begun;
+  std::optional<Time> started;
   std::size_t number = 0;
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
@@ -181,11 +181,11 @@ TEST(TimedMeasurement, WaitsForTheStartOfASession) {
     }
     if (const auto* frame = std::get_if<FeatureFrame>(&*event)) {
       const std::vector<Estimate> estimates = session.process(*frame);
-      if (!begun && !estimates.empty()) begun = estimates.front().time;
+      if (!started && !estimates.empty()) started = estimates.front().time;
     }
   }
-  ASSERT_TRUE(begun);
-  const auto before = std::ranges::count_if(given, [&](Time time) { return time < *begun; });
+  ASSERT_TRUE(started);
+  const auto before = std::ranges::count_if(given, [&](Time time) { return time < *started; });
   const auto behind =
       std::ranges::count_if(given, [&](Time time) { return time > recording.frames.back().time; });
   const TimedMeasurementCounts counts = session.timed_counts();

@@ -114,7 +114,7 @@ TEST(Alignment, OnAStraightLineTheAttitudesDecideTheTurnAboutIt) {
   }
 }
 
-TEST(Alignment, OfARestingBodyTheAttitudesDecideTheRotation) {
+TEST(Alignment, OfAStaticBodyTheAttitudesDecideTheRotation) {
   const SE3 transform = test::some_transform();
   Trajectory estimate = test::helix(50);
   for (StampedPose& row : estimate) row.pose.p = Eigen::Vector3d(5, 6, 7);

@@ -73,7 +73,7 @@ TEST(Chi2, EndsOfTheRange) {
   EXPECT_TRUE(std::isnan(chi2_cdf(std::nan(""), 3)));
 }
 
-TEST(Chi2, RefusesWhatHasNoMeaning) {
+TEST(Chi2, RejectsWhatHasNoMeaning) {
   EXPECT_THROW(chi2_cdf(1, 0), UsageError);
   EXPECT_THROW(chi2_cdf(1, std::nan("")), UsageError);
   EXPECT_THROW(chi2_quantile(1, 3), UsageError);

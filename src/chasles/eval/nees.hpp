@@ -25,8 +25,8 @@ enum class PoseError {
 /// "standard", "body-twist", "world-twist".
 std::string_view name(PoseError definition);
 
-/// The coordinates in which the filter's chart of that name (filter/charts/error_chart.hpp) represents its
-/// error; kStandard for one that is not of the library.
+/// The coordinates in which the filter's chart of that name (filter/charts/error_chart.hpp)
+/// represents its error; kStandard for one that is not of the library.
 PoseError pose_error_of(std::string_view chart);
 
 /// The error in these coordinates.

@@ -73,9 +73,9 @@ TEST(RelativeError, ALengthBeyondThePathHasNoPieces) {
   EXPECT_TRUE(std::isnan(errors[1].translation.mean));
 }
 
-TEST(RelativeError, ARestingBodyHasTimesButNoDistances) {
-  const Trajectory rest = test::straight(151, 0);
-  const MatchedTrajectories matched = associate(rest, rest);
+TEST(RelativeError, AStaticBodyHasTimesButNoDistances) {
+  const Trajectory standstill = test::straight(151, 0);
+  const MatchedTrajectories matched = associate(standstill, standstill);
   EXPECT_EQ(relative_error_over_distance(matched)[0].translation.count, 0U);
   EXPECT_EQ(relative_error_over_time(matched)[0].translation.max, 0);
 }
@@ -99,7 +99,7 @@ TEST(RelativeError, OverATimeSkipsPiecesThatEndInAGap) {
   EXPECT_EQ(errors[0].translation.count, 30U + 30U);
 }
 
-TEST(RelativeError, RefusesLengthsAndStepsThatAreNotPositive) {
+TEST(RelativeError, RejectsLengthsAndStepsThatAreNotPositive) {
   const Trajectory truth = test::helix(10);
   const MatchedTrajectories matched = associate(truth, truth);
   const auto over = [&](RelativeErrorOptions options) {

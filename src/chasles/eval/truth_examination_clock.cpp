@@ -80,10 +80,10 @@ void examine_clock(TruthWork& work) {
                            aligned_rms(work.estimate, work.mended, clock.offset, work.gap)};
   const BeforeAndAfter attitudes = attitudes_by_clock(work, clock.offset);
   // Less noise between stamps is no better clock: the opposite offset has as little.
-  BeforeAndAfter judged = attitudes;
+  BeforeAndAfter better = attitudes;
   const BeforeAndAfter opposite = attitudes_by_clock(work, -clock.offset);
-  if (judged.before && opposite.after) judged.before = std::min(*judged.before, *opposite.after);
-  if (!clock_matters(work, ate, judged)) return;
+  if (better.before && opposite.after) better.before = std::min(*better.before, *opposite.after);
+  if (!clock_matters(work, ate, better)) return;
   work.find(clock_finding(work.reference, clock, least, ate, attitudes));
 }
 

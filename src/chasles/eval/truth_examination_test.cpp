@@ -70,7 +70,7 @@ TEST(TruthExamination, PositionsAloneGiveTheClockToo) {
   ASSERT_TRUE(examination.clock);
   EXPECT_FALSE(examination.clock->by_rotations);
   EXPECT_NEAR(examination.clock->offset, -0.3, 5 * examination.clock->sigma);
-  // A truth that states it is believed where the body does not turn either.
+  // A truth that states it is accepted where the body does not turn either.
   TruthReference still = estimate();
   for (StampedPose& row : still.poses) row.pose.R.setIdentity();
   EXPECT_TRUE(examine_truth(still, late).attitudes);
@@ -213,9 +213,9 @@ TEST(TruthExamination, ATruthOfFewPosesIsNamed) {
 TEST(TruthExamination, LittleMotionFindsNothing) {
   const TruthReference reference = estimate();
   const auto still = [](double) { return walk_at(3); };
-  TruthReference resting = reference;
-  resting.poses = sampled(20, 1, 20, still);
-  EXPECT_EQ(faults(examine_truth(resting, sampled(200, 0, 22, still))), "");
+  TruthReference static_reference = reference;
+  static_reference.poses = sampled(20, 1, 20, still);
+  EXPECT_EQ(faults(examine_truth(static_reference, sampled(200, 0, 22, still))), "");
   EXPECT_EQ(faults(examine_truth(reference, {})), "");
   EXPECT_EQ(faults(examine_truth(reference, sampled(200, 3, 3.2))), "");
 }

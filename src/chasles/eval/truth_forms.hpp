@@ -8,7 +8,7 @@
 #include <chasles/eval/truth_reading.hpp>
 
 // What rates alone leave open, as those of a drive in a plane: the positions give the rotation
-// between the worlds, and with it the attitudes tell the reading and the axes on the body.
+// between the worlds, and with it the attitudes determine the reading and the axes on the body.
 namespace chasles {
 
 struct TruthForm {

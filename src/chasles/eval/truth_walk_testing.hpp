@@ -2,10 +2,10 @@
 
 #include <functional>
 
+#include <chasles/base/time.hpp>
 #include <chasles/eval/truth_reference.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/base/time.hpp>
 
 /// A walk, its estimate and its truth, for tests of what compares them.
 namespace chasles::test {

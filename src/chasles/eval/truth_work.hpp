@@ -29,8 +29,8 @@ struct TruthWork {
   void find(TruthFinding finding) { result.findings.push_back(std::move(finding)); }
 };
 
-/// Where no rotation tells it, the positions give the clock: of several shifts that fit alike the
-/// one near zero, or none.
+/// Where no rotation determines it, the positions give the clock: of several shifts that fit alike
+/// the one near zero, or none.
 void clock_by_positions(TruthWork& work);
 
 /// What is left of the attitudes without the offset and with it [rad].

@@ -7,10 +7,10 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include <chasles/base/median.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/turning.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

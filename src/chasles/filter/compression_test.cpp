@@ -106,17 +106,17 @@ TEST(Compression, WhatIsNoMeasurementGivesNone) {
   const auto [x, covariance] = scene(random);
   const auto good = of_clones(random, x, 20, 24);
   WhiteningScratch scratch;
-  const auto tells = [&](auto&& spoil) {
+  const auto is_usable = [&](auto&& spoil) {
     auto bad = good;
     spoil(bad[3]);
     return whiten_compressed(pointers(bad), covariance, MatrixXd(0, covariance.size()), scratch)
         .has_value();
   };
-  EXPECT_TRUE(tells([](Measurement&) {}));
-  EXPECT_FALSE(tells([](Measurement& z) { z.residual[0] = kNan; }));
-  EXPECT_FALSE(tells([](Measurement& z) { z.clones[1].d(0, 0) = kNan; }));
-  EXPECT_FALSE(tells([](Measurement& z) { z.noise(0, 0) = -1; }));
-  EXPECT_FALSE(tells([](Measurement& z) { z.noise(0, 0) = kNan; }));
+  EXPECT_TRUE(is_usable([](Measurement&) {}));
+  EXPECT_FALSE(is_usable([](Measurement& z) { z.residual[0] = kNan; }));
+  EXPECT_FALSE(is_usable([](Measurement& z) { z.clones[1].d(0, 0) = kNan; }));
+  EXPECT_FALSE(is_usable([](Measurement& z) { z.noise(0, 0) = -1; }));
+  EXPECT_FALSE(is_usable([](Measurement& z) { z.noise(0, 0) = kNan; }));
 }
 
 }  // namespace

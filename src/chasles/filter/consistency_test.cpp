@@ -4,8 +4,8 @@
 
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
 namespace {
@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 constexpr int kRuns = 120;
 constexpr int kFrames = 10;
-constexpr int kLandmarks = 8;
+constexpr int kInScene = 8;
 constexpr BodyVelocityModel kOwnAxes{.velocity_state = true, .gyro_bias = true, .scale = false};
 constexpr BodyVelocityModel kLevelAxes{
     .velocity_state = true, .gyro_bias = true, .scale = false, .level = true};
@@ -88,7 +88,7 @@ StereoObservation seen(const State& truth, int landmark, test::Random& random) {
 }
 
 // The filter's initial mean: forward motion at 1 m/s.
-State first_belief(const BodyVelocityModel& model) {
+State first_estimate(const BodyVelocityModel& model) {
   State x;
   x.additive.setZero(model.size());
   x.additive.head<6>() << 0, 0, 0.1, 1, 0, 0;
@@ -106,16 +106,16 @@ VectorXd first_sigma(const BodyVelocityModel& model) {
 void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random& random, int uses,
            Squares& squares) {
   const int core = 6 + model.size();
-  Ekf ekf(chart, first_belief(model), first_sigma(model).cwiseAbs2().asDiagonal(), {});
-  State truth = first_belief(model);
+  Ekf ekf(chart, first_estimate(model), first_sigma(model).cwiseAbs2().asDiagonal(), {});
+  State truth = first_estimate(model);
   kStandardChart.retract(truth, first_sigma(model).cwiseProduct(random.normal_vector(core)));
   std::vector<NewLandmark> fresh;
-  for (int i = 0; i < kLandmarks; ++i) {
+  for (int i = 0; i < kInScene; ++i) {
     const double z = random.uniform(-1, 2), y = random.uniform(-3, 3), x = random.uniform(5, 8);
     const Eigen::Vector3d p(x, y, z);
     truth.landmarks.push_back({.id = i, .p_world = p, .row = core + 3 * i, .observations = 0});
     fresh.push_back(
-        *begin_landmark(test::drive_rig(), kNoise, ekf.state(), seen(truth, i, random)));
+        *initialise_landmark(test::drive_rig(), kNoise, ekf.state(), seen(truth, i, random)));
   }
   ekf.add(fresh);
   const auto count = [&](const std::vector<Measurement>& measurements) {
@@ -128,7 +128,7 @@ void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random
     ekf.propagate(predict(model, ekf.state(), {}, test::kDriveStep, motion_noise()));
     count({measure_velocity(model, ekf.state(), sampled(model, truth, random), motion_noise())});
     std::vector<Measurement> measurements;
-    for (int i = 0; i < kLandmarks; ++i) {
+    for (int i = 0; i < kInScene; ++i) {
       const auto z = measure_stereo(test::drive_rig(), StereoRows::kMeanDisparity, kNoise,
                                     ekf.state(), i, seen(truth, i, random));
       for (int use = 0; use < uses; ++use) measurements.push_back(z.value());

@@ -53,7 +53,7 @@ TEST(Dense, CholeskyFactorTimesItsTransposeIsTheMatrix) {
   });
 }
 
-TEST(Dense, CholeskyRefusesWhatIsNotPositiveDefinite) {
+TEST(Dense, CholeskyRejectsWhatIsNotPositiveDefinite) {
   MatrixXd indefinite = MatrixXd::Identity(3, 3);
   indefinite(2, 2) = -1e-3;
   EXPECT_FALSE(dense::cholesky(indefinite));
@@ -70,7 +70,7 @@ TEST(Dense, CholeskyRefusesWhatIsNotPositiveDefinite) {
   }
 }
 
-TEST(Dense, PivotedCholeskyTellsTheRankAndTheFactor) {
+TEST(Dense, PivotedCholeskyShowsTheRankAndTheFactor) {
   test::Random random(9);
   for (const int rank : {0, 1, 5, 12}) {
     MatrixXd A(40, 12);

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/filter/depth_rule.hpp>
 #include <chasles/base/registered_names.hpp>
+#include <chasles/filter/depth_rule.hpp>
 
 namespace chasles {
 namespace {

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/simulated_drive_testing.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 /// The motion models of the filter's tests: initialisation, propagation and measurement of the
 /// core. Included by tests only.

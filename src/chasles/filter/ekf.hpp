@@ -7,11 +7,11 @@
 
 #include <Eigen/Core>
 
-#include <chasles/filter/covariance.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
+#include <chasles/filter/covariance.hpp>
+#include <chasles/filter/measurement.hpp>
 #include <chasles/filter/past/history.hpp>
 #include <chasles/filter/past/latest_segment.hpp>
-#include <chasles/filter/measurement.hpp>
 #include <chasles/filter/past/past.hpp>
 #include <chasles/filter/scratch.hpp>
 #include <chasles/filter/state.hpp>
@@ -174,7 +174,7 @@ class Ekf {
   Carried recall(std::span<const int> numbers, std::span<const int> landmarks) const;
 
   /// These past landmarks (numbers of past()) do not return: the return of others costs less.
-  void forget(std::span<const int> numbers);
+  void marginalise(std::span<const int> numbers);
 
   /// The estimates of all past states and of the landmarks in the state, given all measurements.
   /// With Map::kPast it requires past.records.
@@ -243,7 +243,7 @@ class Ekf {
   std::pair<std::vector<int>, std::vector<int>> apart(std::span<const int> numbers) const;
   Eigen::Vector3d considered_place(const State& x, int number) const;
   void put_considered_in_place(State& x, const ErrorRef& delta) const;
-  /// What an update would have told about a considered map: P is larger by D D^T, and D w is not
+  /// What an update would have measured of a considered map: P is larger by D D^T, and D w is not
   /// corrected. `rows` are those of D in the error vector.
   struct Unused {
     std::vector<int> rows;

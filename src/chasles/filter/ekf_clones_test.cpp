@@ -100,7 +100,7 @@ TEST_P(EkfClonesTest, CloneIsThePoseAgain) {
             MatrixXd(P_cloned.bottomRightCorner(m, m)));
 }
 
-TEST_P(EkfClonesTest, ForgottenClonesLeaveTheRestAsItWas) {
+TEST_P(EkfClonesTest, MarginalisedClonesLeaveTheRestAsItWas) {
   test::Random random(2);
   Ekf filter = test::inertial_filter(chart(), random);
   expect_rows_without_gaps(filter);
@@ -331,7 +331,7 @@ TEST_P(EkfClonesTest, LandmarkMayBeginOnPoseAndClonesTogether) {
   expect_rows_without_gaps(filter);
 }
 
-TEST(EkfClones, AreRefusedWhereTheWholeMapIsKept) {
+TEST(EkfClones, AreRejectedWhereTheWholeMapIsKept) {
   State x;
   x.nav_T_world = SE3{};
   x.additive.resize(0);

@@ -130,9 +130,9 @@ Carried Ekf::recall(std::span<const int> numbers) const {
   return considered.empty() ? past : recall_considered(considered, past);
 }
 
-void Ekf::forget(std::span<const int> numbers) {
+void Ekf::marginalise(std::span<const int> numbers) {
   for (const int number : numbers) {
-    past_.forget(number);
+    past_.marginalise(number);
     if (is_considered(number)) drop_considered(number);
   }
 }

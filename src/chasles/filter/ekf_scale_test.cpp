@@ -86,7 +86,7 @@ double gain(const char* chart, Ekf::Options options, int seed) {
   test::Random random(seed);
   Ekf filter = filter_with_landmarks(error_chart(chart), random, options, 0.02);
   const double before = information(filter);
-  for (int look = 0; look < 3; ++look) {
+  for (int pass = 0; pass < 3; ++pass) {
     const auto z = observations(filter.state(), random);
     EXPECT_EQ(z.size(), 8u);
     EXPECT_FALSE(filter.update(z).failed);
@@ -94,7 +94,7 @@ double gain(const char* chart, Ekf::Options options, int seed) {
   return information(filter) / before;
 }
 
-TEST(EkfScale, PixelsTellNothingOfIt) {
+TEST(EkfScale, PixelsShowNothingOfIt) {
   for (const char* chart : {"standard", "right-se3", "right-sen3"}) {
     for (int seed = 0; seed < 5; ++seed) {
       EXPECT_NEAR(gain(chart, kKept, seed), 1, 1e-6) << chart << seed;
@@ -142,7 +142,7 @@ TEST(EkfScale, GuessedDepthsSayNothing) {
   EXPECT_EQ(MatrixXd(kept.covariance()), MatrixXd(plain.covariance()));
 }
 
-TEST(EkfScale, RefusesWhatItCannotDo) {
+TEST(EkfScale, RejectsWhatItCannotDo) {
   test::Random random(1);
   const State x = test::random_state(random, {.velocity = true, .additive = 6});
   const State drive = test::random_state(random, {.velocity = false, .additive = 6});

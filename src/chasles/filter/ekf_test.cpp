@@ -81,7 +81,7 @@ TEST_P(EkfTest, NisIsTheSquareOfTheInnovationByItsInverseCovariance) {
   EXPECT_EQ(report.dof, z.r.size());
 }
 
-TEST_P(EkfTest, GateRefusesExactlyTheSquaresAboveIt) {
+TEST_P(EkfTest, GateRejectsExactlyTheSquaresAboveIt) {
   test::Random random(3);
   const Ekf ekf = some_filter(chart(), random, 3);
   for (const double shared : {0.0, 0.5}) {  // part of the noise that the gate leaves out
@@ -299,8 +299,11 @@ TEST_P(EkfTest, RetiringLeavesTheOthersAsTheyWere) {
 }
 
 TEST_P(EkfTest, CovarianceStaysSymmetricAndPositiveDefiniteThroughADrive) {
-  const test::Drive drive = test::simulate_drive(
-      {.frames = 120, .begin_with = 10, .points_a_frame = 1, .outlier_share = 0.02, .seed = 21});
+  const test::Drive drive = test::simulate_drive({.frames = 120,
+                                                  .initial_points = 10,
+                                                  .points_a_frame = 1,
+                                                  .outlier_share = 0.02,
+                                                  .seed = 21});
   for (const test::Motion motion :
        {test::Motion::kVelocityState, test::Motion::kVelocityInput, test::Motion::kInertial}) {
     SCOPED_TRACE(test::motion_test_name(motion));

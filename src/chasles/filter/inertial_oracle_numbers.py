@@ -54,9 +54,9 @@ def case(c):
         numbers("pixels", c["z"]),
         numbers("d_pixels", H),
         numbers("mono", np.concatenate([mono["uv"], [mono[k] for k in ("depth", "sig_px", "sig_d")]])),
-        numbers("begun", mono["Y"]),
-        numbers("d_begun", np.array(mono["J"])[:, ORDER[:6]]),
-        numbers("begun_noise", mono["R"]),
+        numbers("initialised", mono["Y"]),
+        numbers("d_initialised", np.array(mono["J"])[:, ORDER[:6]]),
+        numbers("initialised_noise", mono["R"]),
         numbers("anchor", np.concatenate([np.ravel(aid["Ca"]), aid["pa"]])),
         numbers("inverse_depth", aid["a"]),
         numbers("anchored_pixel", aid["z"]),
@@ -97,10 +97,10 @@ struct InertialOracleCase {
   std::array<double, 16> camera;      ///< fx, fy, cx, cy, imu_T_cam as R and p
   std::array<double, 4> pixels;       ///< (u, v) of the two landmarks
   std::array<double, 36> d_pixels;    ///< by rotation, position, landmark: 2 x 9 each
-  std::array<double, 5> mono;         ///< (u, v), depth, deviations of pixel and depth
-  std::array<double, 3> begun;        ///< the landmark that they begin
-  std::array<double, 18> d_begun;     ///< by rotation, position
-  std::array<double, 9> begun_noise;
+  std::array<double, 5> mono;         ///< (u, v), depth, sigmas of pixel and depth
+  std::array<double, 3> initialised;        ///< the landmark that they begin
+  std::array<double, 18> d_initialised;     ///< by rotation, position
+  std::array<double, 9> initialised_noise;
   std::array<double, 12> anchor;           ///< a clone, R and p
   std::array<double, 3> inverse_depth;     ///< of a landmark anchored on it
   std::array<double, 2> anchored_pixel;

@@ -124,18 +124,19 @@ TEST_P(InertialOracleTest, PixelsHaveTheSameDerivative) {
 
 TEST_P(InertialOracleTest, PixelBeginsTheSameLandmark) {
   const auto seen = inertial_matrix<5, 1>(oracle().mono);
-  const auto begun =
-      begin_at_depth(camera(), seen[3], state(), 1, seen.head<2>(), seen[2], seen[4]);
-  ASSERT_TRUE(begun);
-  EXPECT_TRUE(
-      test::agree(begun->p_world, (inertial_matrix<3, 1>(oracle().begun)), kInertialTolerance));
-  EXPECT_TRUE(
-      test::agree(begun->noise, (inertial_matrix<3, 3>(oracle().begun_noise)), kInertialTolerance));
-  MatrixXd in_chart = begun->d_pose;
-  if (chart().landmark_block) in_chart.leftCols<3>() += chart().landmark_block(begun->p_world);
+  const auto initialised =
+      initialise_at_depth(camera(), seen[3], state(), 1, seen.head<2>(), seen[2], seen[4]);
+  ASSERT_TRUE(initialised);
+  EXPECT_TRUE(test::agree(initialised->p_world, (inertial_matrix<3, 1>(oracle().initialised)),
+                          kInertialTolerance));
+  EXPECT_TRUE(test::agree(initialised->noise, (inertial_matrix<3, 3>(oracle().initialised_noise)),
+                          kInertialTolerance));
+  MatrixXd in_chart = initialised->d_pose;
+  if (chart().landmark_block)
+    in_chart.leftCols<3>() += chart().landmark_block(initialised->p_world);
   const MatrixXd T = pose_block(chart(), state().world_T_imu);
   EXPECT_TRUE(
-      test::agree(in_chart, inertial_matrix<3, 6>(oracle().d_begun) * T, kInertialTolerance));
+      test::agree(in_chart, inertial_matrix<3, 6>(oracle().d_initialised) * T, kInertialTolerance));
 }
 
 TEST_P(InertialOracleTest, AnchoredPixelHasTheSameDerivative) {

@@ -4,11 +4,11 @@
 #include <Eigen/Householder>
 #include <Eigen/LU>
 
+#include <chasles/base/time.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/base/time.hpp>
 
 namespace chasles {
 namespace {
@@ -31,8 +31,8 @@ struct Linear {
 };
 
 // The views with the estimated cameras and poses, and the rows that they depend on.
-void look_up(std::span<const Camera> cameras, const State& x, std::span<const ClonedView> views,
-             MultiViewScratch& s) {
+void gather_poses(std::span<const Camera> cameras, const State& x,
+                  std::span<const ClonedView> views, MultiViewScratch& s) {
   s.cameras.clear();
   for (const Camera& camera : cameras) {
     s.cameras.push_back(as_estimated(camera, x, static_cast<int>(s.cameras.size())));
@@ -234,13 +234,13 @@ void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, Mult
 }
 
 // The rows that do not depend on the point.
-void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
-               MultiViewStart& result) {
-  result.rest.clear();
+void keep_null_space(const Linear& linear, double sigma, const MultiViewScratch& s,
+                     MultiViewStart& result) {
+  result.null_space.clear();
   const Index m = linear.r.size();
   for (Index row = 3; row < m; row += kRowsOfAMeasurement) {
     const Index k = std::min(kRowsOfAMeasurement, m - row);
-    Measurement& z = result.rest.append();
+    Measurement& z = result.null_space.append();
     z.clear();
     z.residual = linear.r.segment(row, k);
     z.d_core.resize(k, 0);
@@ -250,27 +250,28 @@ void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
           {.row = other, .d = linear.H_others.block(row, column_of(other, s), k, 6)});
     }
   }
-  result.rest_rows = static_cast<int>(m - 3);
+  result.null_space_rows = static_cast<int>(m - 3);
 }
 
 }  // namespace
 
-std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
-                                               const TrackNoise& noise, const State& x,
-                                               LandmarkId id, std::span<const ClonedView> views,
-                                               bool anchored, Linearisation at) {
+std::optional<MultiViewStart> initialise_multi_view(std::span<const Camera> cameras,
+                                                    const TrackNoise& noise, const State& x,
+                                                    LandmarkId id,
+                                                    std::span<const ClonedView> views,
+                                                    bool anchored, Linearisation at) {
   MultiViewScratch scratch;
   MultiViewStart result;
-  if (!begin_multi_view(cameras, noise, x, id, views, anchored, at, scratch, result)) {
+  if (!initialise_multi_view(cameras, noise, x, id, views, anchored, at, scratch, result)) {
     return std::nullopt;
   }
   return result;
 }
 
-bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
-                      LandmarkId id, std::span<const ClonedView> views, bool anchored,
-                      Linearisation at, MultiViewScratch& scratch, MultiViewStart& result) {
-  look_up(cameras, x, views, scratch);
+bool initialise_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
+                           LandmarkId id, std::span<const ClonedView> views, bool anchored,
+                           Linearisation at, MultiViewScratch& scratch, MultiViewStart& result) {
+  gather_poses(cameras, x, views, scratch);
   const auto point = triangulate(scratch.views);
   if (!point) return false;
   auto linear = linearise(x, views, point->p_world, at, scratch);
@@ -281,7 +282,7 @@ bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, 
   if (anchored) hang_on_anchor(x, views.back(), at, scratch, *linear, result.landmark);
   const Matrix3d R = separate(*linear, scratch);
   solve_for_point(*linear, R, noise.sigma, scratch, result.landmark);
-  keep_rest(*linear, noise.sigma, scratch, result);
+  keep_null_space(*linear, noise.sigma, scratch, result);
   result.parallax = point->parallax;
   return true;
 }

@@ -24,8 +24,8 @@ struct ClonedView {
 /// (and the estimated imu_T_camera).
 struct MultiViewStart {
   NewLandmark landmark;
-  Reused<Measurement> rest;  ///< independent of the landmark and its noise
-  int rest_rows = 0;
+  Reused<Measurement> null_space;  ///< independent of the landmark and its noise
+  int null_space_rows = 0;
   double parallax = 0;  ///< largest angle between two rays [rad]
 
   /// The distance of the point from the last view's IMU [m], its derivative by the same errors, and
@@ -43,7 +43,7 @@ struct MultiViewStart {
 /// clones and cameras. It measures the quality of the first linearisation.
 double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter);
 
-/// Workspace of begin_multi_view.
+/// Workspace of initialise_multi_view.
 struct MultiViewScratch {
   std::vector<Camera> cameras;  ///< as estimated
   std::vector<View> views;
@@ -56,14 +56,12 @@ struct MultiViewScratch {
 /// independent, so that each observation counts once. The landmark is the point as it is observed
 /// at the time of the last view, which must be the latest. An anchored landmark is anchored on the
 /// last view's clone. None if the views do not meet in a point in front of all cameras.
-std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
-                                               const TrackNoise& noise, const State& x,
-                                               LandmarkId id, std::span<const ClonedView> views,
-                                               bool anchored,
-                                               Linearisation at = Linearisation::kCurrent);
+std::optional<MultiViewStart> initialise_multi_view(
+    std::span<const Camera> cameras, const TrackNoise& noise, const State& x, LandmarkId id,
+    std::span<const ClonedView> views, bool anchored, Linearisation at = Linearisation::kCurrent);
 /// The same into an existing result; false for none, and then the result has no meaning.
-bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
-                      LandmarkId id, std::span<const ClonedView> views, bool anchored,
-                      Linearisation at, MultiViewScratch& scratch, MultiViewStart& result);
+bool initialise_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
+                           LandmarkId id, std::span<const ClonedView> views, bool anchored,
+                           Linearisation at, MultiViewScratch& scratch, MultiViewStart& result);
 
 }  // namespace chasles

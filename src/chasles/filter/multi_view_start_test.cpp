@@ -32,22 +32,22 @@ Tracked tracked(test::Random& random, bool calibrating, double pixel_noise, int 
   Tracked result{some_filter(random, calibrating), {}};
   const State& x = result.filter.state();
   const Vector3d p_world = x.world_T_imu * test::point_ahead(random, 8);
-  const auto look = [&](const Clone& clone, int camera) {
+  const auto observe = [&](const Clone& clone, int camera) {
     const Vector2d pixel = pixel_of(camera_of(x, camera), clone.world_T_imu, p_world);
     result.views.push_back({.clone = clone.id,
                             .camera = camera,
                             .pixel = pixel + pixel_noise * random.normal_vector(2)});
   };
   for (int i = 0; i < views_of_each; ++i) {
-    for (const Clone& clone : x.clones) look(clone, i % 3);
+    for (const Clone& clone : x.clones) observe(clone, i % 3);
   }
-  look(x.clones[0], 2);
-  look(x.clones.back(), 2);
+  observe(x.clones[0], 2);
+  observe(x.clones.back(), 2);
   return result;
 }
 
-std::optional<MultiViewStart> begin(const Tracked& t, bool anchored, double sigma = 0.8) {
-  return begin_multi_view(kCameras, {.sigma = sigma}, t.filter.state(), 7, t.views, anchored);
+std::optional<MultiViewStart> initialise(const Tracked& t, bool anchored, double sigma = 0.8) {
+  return initialise_multi_view(kCameras, {.sigma = sigma}, t.filter.state(), 7, t.views, anchored);
 }
 
 // The state with the landmark of a start appended.
@@ -86,41 +86,44 @@ Batch batch_of(const Tracked& t, const NewLandmark& fresh) {
   return {.r = residuals(zero), .H = -test::numeric_derivative(residuals, zero, kPixelStep)};
 }
 
-TEST_P(MultiViewStartTest, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClones) {
+TEST_P(MultiViewStartTest, NullSpaceRowsHaveNothingOfTheLandmarkAndAllThatIsLeftOfTheClones) {
   test::Random random(5);
   for (const int views_of_each : {1, 4}) {
     for (const bool anchored : {false, true}) {
       const Tracked t = tracked(random, GetParam(), 1, views_of_each);
-      const auto start = begin(t, anchored);
+      const auto start = initialise(t, anchored);
       ASSERT_TRUE(start);
       const Batch batch = batch_of(t, start->landmark);
       const Eigen::Index n = t.filter.state().size();
-      const auto rest =
-          test::dense_measurement(t.filter.state(), {start->rest.begin(), start->rest.end()});
-      EXPECT_EQ(start->rest_rows, batch.r.size() - 3);
-      EXPECT_EQ(rest.r.size(), start->rest_rows);
-      EXPECT_TRUE(
-          test::agree(rest.R, 0.64 * MatrixXd::Identity(rest.R.rows(), rest.R.cols()), 1e-15));
+      const auto null_space = test::dense_measurement(
+          t.filter.state(), {start->null_space.begin(), start->null_space.end()});
+      EXPECT_EQ(start->null_space_rows, batch.r.size() - 3);
+      EXPECT_EQ(null_space.r.size(), start->null_space_rows);
+      EXPECT_TRUE(test::agree(null_space.R,
+                              0.64 * MatrixXd::Identity(null_space.R.rows(), null_space.R.cols()),
+                              1e-15));
       // Projects the landmark out of all rows.
       const MatrixXd H_f = batch.H.rightCols<3>();
       const MatrixXd H_x = batch.H.leftCols(n);
       const MatrixXd out = MatrixXd::Identity(H_f.rows(), H_f.rows()) -
                            H_f * (H_f.transpose() * H_f).inverse() * H_f.transpose();
-      EXPECT_TRUE(test::agree(rest.H.transpose() * rest.H, H_x.transpose() * out * H_x, 1e-8));
-      EXPECT_TRUE(test::agree(rest.H.transpose() * rest.r, H_x.transpose() * out * batch.r, 1e-8));
-      EXPECT_NEAR(rest.r.squaredNorm(), batch.r.dot(out * batch.r), 1e-8);
+      EXPECT_TRUE(
+          test::agree(null_space.H.transpose() * null_space.H, H_x.transpose() * out * H_x, 1e-8));
+      EXPECT_TRUE(test::agree(null_space.H.transpose() * null_space.r,
+                              H_x.transpose() * out * batch.r, 1e-8));
+      EXPECT_NEAR(null_space.r.squaredNorm(), batch.r.dot(out * batch.r), 1e-8);
     }
   }
 }
 
 // Each observation counts exactly once: after addition and update, the filter equals batch least
 // squares of all rows with a flat prior of the landmark.
-TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
+TEST_P(MultiViewStartTest, LandmarkAndNullSpaceTogetherAreTheBatchSolution) {
   test::Random random(6);
   constexpr double kSigma = 0.8;
   for (const bool anchored : {false, true}) {
     Tracked t = tracked(random, GetParam(), 0.5, 3);
-    const auto start = begin(t, anchored, kSigma);
+    const auto start = initialise(t, anchored, kSigma);
     ASSERT_TRUE(start);
     const State before = with_landmark(t.filter.state(), start->landmark);
     const Batch batch = batch_of(t, start->landmark);
@@ -131,7 +134,7 @@ TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
     const VectorXd delta = P * batch.H.transpose() * batch.r / (kSigma * kSigma);
 
     t.filter.add({&start->landmark, 1});
-    ASSERT_FALSE(t.filter.update(start->rest).failed);
+    ASSERT_FALSE(t.filter.update(start->null_space).failed);
     const State expected = test::moved(kStandardChart, before, delta);
     EXPECT_LT(test::distance(t.filter.state(), expected), 1e-8);
     EXPECT_GT(test::distance(before, expected), 1e-3);
@@ -149,7 +152,8 @@ TEST_P(MultiViewStartTest, OfADriftingTrackItIsTheWeightedBatchSolution) {
     Tracked t = tracked(random, GetParam(), 0);
     const State x = t.filter.state();
     const auto time = [&](std::size_t view) { return x.clone(t.views[view].clone).time; };
-    const auto start = begin_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
+    const auto start =
+        initialise_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
     ASSERT_TRUE(start);
     EXPECT_EQ(start->landmark.matches, 2);
     const Batch batch = batch_of(t, start->landmark);
@@ -170,11 +174,11 @@ TEST_P(MultiViewStartTest, OfADriftingTrackItIsTheWeightedBatchSolution) {
     const MatrixXd P = information.inverse();
     Ekf white = t.filter;
     t.filter.add({&start->landmark, 1});
-    ASSERT_FALSE(t.filter.update(start->rest).failed);
+    ASSERT_FALSE(t.filter.update(start->null_space).failed);
     EXPECT_LT(test::covariance_difference(t.filter.covariance(), P), 1e-8);
-    const auto of_white = begin(t, anchored, kNoise.sigma);
+    const auto of_white = initialise(t, anchored, kNoise.sigma);
     white.add({&of_white->landmark, 1});
-    white.update(of_white->rest);
+    white.update(of_white->null_space);
     EXPECT_GT(test::covariance_difference(white.covariance(), P), 0.01);
   }
 }
@@ -202,7 +206,7 @@ TEST_P(MultiViewStartTest, DerivativesAreThoseOfTheLeastSquaresPoint) {
   test::Random random(7);
   const Tracked t = tracked(random, GetParam(), 0);
   const State& x = t.filter.state();
-  const auto start = begin(t, false, 0.8);
+  const auto start = initialise(t, false, 0.8);
   ASSERT_TRUE(start);
   // The point and its distance from the last view's IMU.
   const auto point_of = [&](const VectorXd& e, const VectorXd& d_pixels) -> VectorXd {
@@ -240,8 +244,8 @@ TEST_P(MultiViewStartTest, DerivativesAreThoseOfTheLeastSquaresPoint) {
 TEST_P(MultiViewStartTest, AnchoredIsTheSamePointOnTheLastViewsClone) {
   test::Random random(8);
   const Tracked t = tracked(random, GetParam(), 0.5);
-  const auto cartesian = begin(t, false);
-  const auto anchored = begin(t, true);
+  const auto cartesian = initialise(t, false);
+  const auto anchored = initialise(t, true);
   ASSERT_TRUE(cartesian && anchored);
   ASSERT_TRUE(anchored->landmark.anchor);
   EXPECT_EQ(*anchored->landmark.anchor, t.views.back().clone);
@@ -261,7 +265,7 @@ TEST_P(MultiViewStartTest, ViewsThatDoNotMeetBeginNothing) {
   test::Random random(9);
   Tracked t = tracked(random, GetParam(), 0);
   t.views.resize(1);
-  EXPECT_FALSE(begin(t, false));
+  EXPECT_FALSE(initialise(t, false));
 }
 
 }  // namespace

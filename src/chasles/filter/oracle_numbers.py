@@ -54,9 +54,9 @@ def case(c):
         numbers("pixels", c["z"]),
         numbers("d_pixels", H),
         numbers("seen", stereo["z"]),
-        numbers("begun", stereo["Y"]),
-        numbers("d_begun", np.array(stereo["J"])[:, ORDER[:6]]),
-        numbers("begun_noise", stereo["R"]),
+        numbers("initialised", stereo["Y"]),
+        numbers("d_initialised", np.array(stereo["J"])[:, ORDER[:6]]),
+        numbers("initialised_noise", stereo["R"]),
     ]
     return "\n".join(lines) + "}"
 
@@ -93,9 +93,9 @@ struct OracleCase {
   std::array<double, 17> camera;    ///< fx, fy, cx, cy, baseline, imu_T_cam0 as R and p
   std::array<double, 4> pixels;     ///< (u, v) of the two landmarks
   std::array<double, 36> d_pixels;  ///< by rotation, position, landmark: 2 x 9 each
-  std::array<double, 3> seen, begun;   ///< (uL, v, uR), and the landmark that it begins
-  std::array<double, 18> d_begun;      ///< by rotation, position
-  std::array<double, 9> begun_noise;   ///< for 1 px on each of uL, v, uR
+  std::array<double, 3> seen, initialised;   ///< (uL, v, uR), and the landmark that it begins
+  std::array<double, 18> d_initialised;      ///< by rotation, position
+  std::array<double, 9> initialised_noise;   ///< for 1 px on each of uL, v, uR
 };
 
 // clang-format off

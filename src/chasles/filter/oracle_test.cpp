@@ -1,8 +1,8 @@
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/filter/oracle_numbers_testing.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
 
@@ -126,16 +126,17 @@ TEST_P(OracleTest, StereoPairBeginsTheSameLandmark) {
                                       .pixels = {seen[0], seen[1], seen[2], seen[1]}};
   // uL and uR independent, of 1 px each: so are their mean and their difference.
   const StereoNoise noise{.u = std::sqrt(0.5), .v = 1, .disparity = std::sqrt(2.0)};
-  const auto begun = begin_landmark(rig_of(oracle()), noise, state(), observation);
-  ASSERT_TRUE(begun);
-  EXPECT_TRUE(test::agree(begun->p_world, (matrix<3, 1>(oracle().begun)), kTolerance));
-  EXPECT_TRUE(test::agree(begun->noise, (matrix<3, 3>(oracle().begun_noise)), kTolerance));
-  MatrixXd in_chart = begun->d_pose;
+  const auto initialised = initialise_landmark(rig_of(oracle()), noise, state(), observation);
+  ASSERT_TRUE(initialised);
+  EXPECT_TRUE(test::agree(initialised->p_world, (matrix<3, 1>(oracle().initialised)), kTolerance));
+  EXPECT_TRUE(
+      test::agree(initialised->noise, (matrix<3, 3>(oracle().initialised_noise)), kTolerance));
+  MatrixXd in_chart = initialised->d_pose;
   if (chart().landmark_block) {
-    in_chart.leftCols<3>() += chart().landmark_block(begun->p_world);
+    in_chart.leftCols<3>() += chart().landmark_block(initialised->p_world);
   }
   const MatrixXd T = change_of_chart(chart(), state()).topLeftCorner<6, 6>();
-  EXPECT_TRUE(test::agree(in_chart, matrix<3, 6>(oracle().d_begun) * T, kTolerance));
+  EXPECT_TRUE(test::agree(in_chart, matrix<3, 6>(oracle().d_initialised) * T, kTolerance));
 }
 
 }  // namespace

@@ -89,9 +89,9 @@ Matrix3d drift_noise(const Camera& known, const State& x, const Landmark& landma
   return (u + v) / 2 * across;
 }
 
-std::optional<NewLandmark> begin_at_depth(const Camera& known, double sigma, const State& x,
-                                          LandmarkId id, const Vector2d& pixel, double depth,
-                                          double depth_sigma, int index) {
+std::optional<NewLandmark> initialise_at_depth(const Camera& known, double sigma, const State& x,
+                                               LandmarkId id, const Vector2d& pixel, double depth,
+                                               double depth_sigma, int index) {
   const Camera camera = as_estimated(known, x, index);
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
@@ -112,10 +112,10 @@ std::optional<NewLandmark> begin_at_depth(const Camera& known, double sigma, con
   return result;
 }
 
-std::optional<NewLandmark> begin_anchored(const Camera& camera, double sigma, const State& x,
-                                          LandmarkId id, const Vector2d& pixel,
-                                          double inverse_depth, double inverse_depth_sigma,
-                                          int index) {
+std::optional<NewLandmark> initialise_anchored(const Camera& camera, double sigma, const State& x,
+                                               LandmarkId id, const Vector2d& pixel,
+                                               double inverse_depth, double inverse_depth_sigma,
+                                               int index) {
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
   NewLandmark result;

@@ -167,48 +167,49 @@ TEST_P(NewPixelLandmark, AtADepthHasTheDerivativesOfItsPosition) {
     const Vector2d pixel(camera.cx + 90, camera.cy - 60);
     const auto position = [&](const VectorXd& e, const Vector3d& seen) -> VectorXd {
       const State y = test::moved(kStandardChart, x, e);
-      return begin_at_depth(camera, 1, y, 5, seen.head<2>(), seen.z(), 1, index)->p_world;
+      return initialise_at_depth(camera, 1, y, 5, seen.head<2>(), seen.z(), 1, index)->p_world;
     };
-    const auto begun = begin_at_depth(camera, 0.5, x, 5, pixel, 8, 3, index);
-    ASSERT_TRUE(begun);
-    EXPECT_EQ(begun->id, 5);
-    const Vector2d again = pixel_of(camera_of(x, index), x.world_T_imu, begun->p_world);
+    const auto initialised = initialise_at_depth(camera, 0.5, x, 5, pixel, 8, 3, index);
+    ASSERT_TRUE(initialised);
+    EXPECT_EQ(initialised->id, 5);
+    const Vector2d again = pixel_of(camera_of(x, index), x.world_T_imu, initialised->p_world);
     EXPECT_LT((again - pixel).norm(), 1e-9);
     MatrixXd J = MatrixXd::Zero(3, x.size());
-    J.leftCols<6>() = begun->d_pose;
-    for (const auto& six : begun->clones) J.middleCols<6>(six.row) += six.d;
+    J.leftCols<6>() = initialised->d_pose;
+    for (const auto& six : initialised->clones) J.middleCols<6>(six.row) += six.d;
     const auto by_error = [&](const VectorXd& e) { return position(e, {pixel.x(), pixel.y(), 8}); };
     EXPECT_TRUE(test::agree(J, test::numeric_derivative(by_error, zero), 1e-9));
     const auto by_seen = [&](const Vector3d& seen) { return position(zero, seen); };
     const MatrixXd D =
         test::numeric_derivative(by_seen, Vector3d(pixel.x(), pixel.y(), 8), kPixelStep);
     const Vector3d variances(0.25, 0.25, 9);
-    EXPECT_TRUE(test::agree(begun->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
+    EXPECT_TRUE(
+        test::agree(initialised->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
   }
 }
 
-TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
+TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatIsGiven) {
   test::Random random(3);
   const State x = some_filter(random, GetParam()).state();
   for (int index = 0; index < 3; ++index) {
     const Camera& camera = kCameras[static_cast<std::size_t>(index)];
     const Vector2d pixel(camera.cx + 90, camera.cy - 60);
-    const auto begun = begin_anchored(camera, 0.5, x, 6, pixel, 0.3, 0.2, index);
-    ASSERT_TRUE(begun);
-    EXPECT_EQ(begun->id, 6);
-    ASSERT_TRUE(begun->anchor);
-    EXPECT_EQ(*begun->anchor, x.clones.back().id);
-    EXPECT_EQ(begun->cam_T_imu.p, camera_of(x, index).cam_T_imu.p);
-    EXPECT_TRUE(begun->d_pose.isZero(0));  // it depends on the clone
-    EXPECT_TRUE(begun->clones.empty());
+    const auto initialised = initialise_anchored(camera, 0.5, x, 6, pixel, 0.3, 0.2, index);
+    ASSERT_TRUE(initialised);
+    EXPECT_EQ(initialised->id, 6);
+    ASSERT_TRUE(initialised->anchor);
+    EXPECT_EQ(*initialised->anchor, x.clones.back().id);
+    EXPECT_EQ(initialised->cam_T_imu.p, camera_of(x, index).cam_T_imu.p);
+    EXPECT_TRUE(initialised->d_pose.isZero(0));  // it depends on the clone
+    EXPECT_TRUE(initialised->clones.empty());
 
     State with = x;
     with.landmarks.push_back({.id = 6,
                               .row = x.size(),
-                              .anchor = begun->anchor,
-                              .cam_T_imu = begun->cam_T_imu,
-                              .inverse_depth = begun->inverse_depth,
-                              .camera = begun->camera});
+                              .anchor = initialised->anchor,
+                              .cam_T_imu = initialised->cam_T_imu,
+                              .inverse_depth = initialised->inverse_depth,
+                              .camera = initialised->camera});
     // In the anchor's camera, the projection does not depend on the extrinsics: their error
     // cancels.
     const auto seen_again = [&](const VectorXd& e) -> VectorXd {
@@ -221,12 +222,13 @@ TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
     const MatrixXd by_error = test::numeric_derivative(seen_again, zero, kPixelStep);
     EXPECT_LT(by_error.leftCols(x.size()).cwiseAbs().maxCoeff(), 1e-6);
     const auto by_seen = [&](const Vector3d& seen) -> VectorXd {
-      return begin_anchored(camera, 1, x, 6, seen.head<2>(), seen.z(), 1)->inverse_depth;
+      return initialise_anchored(camera, 1, x, 6, seen.head<2>(), seen.z(), 1)->inverse_depth;
     };
     const MatrixXd D =
         test::numeric_derivative(by_seen, Vector3d(pixel.x(), pixel.y(), 0.3), kPixelStep);
     const Vector3d variances(0.25, 0.25, 0.04);
-    EXPECT_TRUE(test::agree(begun->noise, D * variances.asDiagonal() * D.transpose(), 1e-9, 0));
+    EXPECT_TRUE(
+        test::agree(initialised->noise, D * variances.asDiagonal() * D.transpose(), 1e-9, 0));
   }
 }
 
@@ -234,8 +236,8 @@ TEST_P(NewPixelLandmark, NeedsARay) {
   test::Random random(4);
   const State x = test::random_state(random, {.clones = 1});
   const Vector2d beyond(5000, 5000);
-  EXPECT_FALSE(begin_at_depth(kCameras[2], 1, x, 1, beyond, 8, 1));
-  EXPECT_FALSE(begin_anchored(kCameras[2], 1, x, 1, beyond, 0.2, 0.1));
+  EXPECT_FALSE(initialise_at_depth(kCameras[2], 1, x, 1, beyond, 8, 1));
+  EXPECT_FALSE(initialise_anchored(kCameras[2], 1, x, 1, beyond, 0.2, 0.1));
 }
 
 }  // namespace

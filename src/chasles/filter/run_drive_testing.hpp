@@ -32,7 +32,7 @@ class DrivenFilter {
 
   Ekf& ekf() { return ekf_; }
   const Ekf& ekf() const { return ekf_; }
-  int refused() const { return refused_; }
+  int rejected() const { return rejected_; }
 
   void run() {
     while (frame_ < drive_.frames.size()) step();
@@ -44,7 +44,7 @@ class DrivenFilter {
     update(observations);
     ekf_.remember_pose(from_seconds(kDriveStep * static_cast<double>(frame_)));
     retire();
-    begin(observations);
+    initialise(observations);
     ++frame_;
   }
 
@@ -73,7 +73,7 @@ class DrivenFilter {
       z->gate = options_.gate;
       measurements.push_back(*z);
     }
-    for (const bool accepted : ekf_.update(measurements).accepted) refused_ += accepted ? 0 : 1;
+    for (const bool accepted : ekf_.update(measurements).accepted) rejected_ += accepted ? 0 : 1;
   }
 
   void retire() {
@@ -87,14 +87,14 @@ class DrivenFilter {
     ekf_.retire(gone);
   }
 
-  void begin(const std::vector<StereoObservation>& observations) {
+  void initialise(const std::vector<StereoObservation>& observations) {
     const StereoNoise noise{
         .u = kDrivePixelNoise, .v = kDrivePixelNoise, .disparity = kDrivePixelNoise};
     std::vector<NewLandmark> fresh;
     for (const StereoObservation& seen : observations) {
       if (index_of(seen.landmark) >= 0) continue;
       last_seen_[seen.landmark] = frame_;
-      fresh.push_back(*begin_landmark(drive_.rig, noise, ekf_.state(), seen));
+      fresh.push_back(*initialise_landmark(drive_.rig, noise, ekf_.state(), seen));
     }
     ekf_.add(fresh);
   }
@@ -111,7 +111,7 @@ class DrivenFilter {
   Ekf ekf_;
   std::unordered_map<LandmarkId, std::size_t> last_seen_;  // frame
   std::size_t frame_ = 0;
-  int refused_ = 0;
+  int rejected_ = 0;
 };
 
 /// visit_map_covariance as one symmetric matrix; its blocks must be in order and without gaps.

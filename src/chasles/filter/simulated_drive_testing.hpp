@@ -18,7 +18,7 @@ namespace chasles::test {
 
 struct DriveSettings {
   int frames = 100;
-  int begin_with = 8;         ///< initial number of points, in front of the start
+  int initial_points = 8;     ///< initial number of points, in front of the start
   int points_a_frame = 1;     ///< new points per frame
   int frames_between = 1;     ///< number of frames between frames with new points
   double outlier_share = 0;   ///< of the observations: 30 px away
@@ -100,7 +100,7 @@ inline Drive simulate_drive(const DriveSettings& settings) {
       points.push_back(world_T_imu * p_imu);
     }
   };
-  put_points(settings.begin_with, 4);
+  put_points(settings.initial_points, 4);
   for (int k = 0; k < settings.frames; ++k) {
     const double t = k * kDriveStep;
     if (k % settings.frames_between == 0) put_points(settings.points_a_frame, 9);

@@ -3,9 +3,9 @@
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/run_drive_testing.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_ekf_testing.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
 namespace {
@@ -126,7 +126,7 @@ class Pair {
     ekf_.update(measurements);
     textbook_.measure(drive_.rig, test::kDrivePixelNoise, seen);
     retire(in_view);
-    begin(fresh);
+    initialise(fresh);
   }
 
   void retire(const std::vector<bool>& in_view) {
@@ -140,13 +140,14 @@ class Pair {
     ekf_.retire(gone);
   }
 
-  void begin(const std::vector<StereoObservation>& fresh) {
-    std::vector<NewLandmark> begun;
+  void initialise(const std::vector<StereoObservation>& fresh) {
+    std::vector<NewLandmark> initialised;
     for (const StereoObservation& observation : fresh) {
-      begun.push_back(*begin_landmark(drive_.rig, kTextbookNoise, ekf_.state(), observation));
-      textbook_.begin(drive_.rig, test::kDrivePixelNoise, observation);
+      initialised.push_back(
+          *initialise_landmark(drive_.rig, kTextbookNoise, ekf_.state(), observation));
+      textbook_.initialise(drive_.rig, test::kDrivePixelNoise, observation);
     }
-    ekf_.add(begun);
+    ekf_.add(initialised);
   }
 
   // The index of the textbook's landmark, which it never removes: the latest with that id.
@@ -190,7 +191,7 @@ double map_difference(const Ekf& ekf, const TextbookEkf& textbook) {
 
 TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
   const test::Drive drive = test::simulate_drive(
-      {.frames = 301, .begin_with = 6, .points_a_frame = 1, .frames_between = 8, .seed = 11});
+      {.frames = 301, .initial_points = 6, .points_a_frame = 1, .frames_between = 8, .seed = 11});
   Pair filters(chart(), motion(), drive);
   double mean = 0, covariance = 0;
   for (std::size_t frame = 0; frame < drive.frames.size(); ++frame) {

@@ -9,10 +9,10 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/state.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/lie/sek3.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 /// A textbook extended Kalman filter in the coordinates of each chart. It uses the dense
 /// transition, noise and measurement matrices of docs/derivations.md, D24 to D28 and D38, chart by
@@ -198,7 +198,7 @@ class TextbookEkf {
     correct(H, r, sigma * sigma * Matrix::Identity(m, m));
   }
 
-  void begin(const StereoRig& rig, double sigma, const StereoObservation& seen) {
+  void initialise(const StereoRig& rig, double sigma, const StereoObservation& seen) {
     const double d = seen.pixels[0] - seen.pixels[2];
     const double z = rig.fx * rig.baseline / d;
     const Eigen::Vector3d ray((seen.pixels[0] - rig.cx) / rig.fx,

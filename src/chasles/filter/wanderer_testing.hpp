@@ -15,9 +15,9 @@ struct Case {
   std::string chart;
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
-  bool forgets = false;     // some past landmarks do not return, some of the state leave for ever
-  bool prior = false;       // landmarks from elsewhere are added, twice
-  bool considered = false;  // the first of them are not changed
+  bool marginalises = false;  // some past landmarks do not return, some of the state leave for ever
+  bool prior = false;         // landmarks from elsewhere are added, twice
+  bool considered = false;    // the first of them are not changed
 };
 
 inline std::string name_of(const Case& c) {
@@ -26,7 +26,7 @@ inline std::string name_of(const Case& c) {
   if (c.nav) name += "_nav";
   if (c.calibrating) name += "_calibrating";
   if (c.keeps_scale) name += "_scale";
-  if (c.forgets) name += "_forgetting";
+  if (c.marginalises) name += "_marginalising";
   if (c.prior) name += c.considered ? "_considered_prior" : "_prior";
   return name + (c.revives ? "" : "_without_revival");
 }
@@ -37,12 +37,13 @@ inline std::vector<Case> wanderer_cases() {
     const std::string name(chart.name);
     all.push_back({.chart = name});
     all.push_back({.chart = name, .revives = false});
-    all.push_back({.chart = name, .forgets = true});
+    all.push_back({.chart = name, .marginalises = true});
     all.push_back({.chart = name, .prior = true});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
-    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true});
+    all.push_back({.chart = name, .nav = true, .marginalises = true, .prior = true});
     all.push_back({.chart = name, .prior = true, .considered = true});
-    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true, .considered = true});
+    all.push_back(
+        {.chart = name, .nav = true, .marginalises = true, .prior = true, .considered = true});
     if (name != "left-se3") {
       all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
       all.push_back({.chart = name,
@@ -70,7 +71,7 @@ class Wanderer {
 
   const Ekf& ekf() const { return ekf_; }
   int revived() const { return revived_; }
-  const std::vector<int>& dormant() const { return dormant_; }
+  const std::vector<int>& inactive() const { return inactive_; }
   const std::vector<int>& frames() const { return frames_; }
 
   void step() {
@@ -79,7 +80,7 @@ class Wanderer {
     const State& x = ekf_.state();
     if (case_.nav && frame_ % 5 == 0) ekf_.compose();
     if (case_.prior && (frame_ == 4 || frame_ == 23)) add_prior_map();
-    if (frame_ % 3 == 0) begin_landmarks();
+    if (frame_ % 3 == 0) initialise_landmarks();
     auto measurements = pixel_measurements(x, random_);
     for (Measurement& z : measurements) z.residual *= 0.1;
     ekf_.update(measurements);
@@ -89,7 +90,7 @@ class Wanderer {
     remember_pose();
     retire_some();
     if (case_.revives && frame_ % 7 == 0) revive_some();
-    if (case_.forgets && frame_ % 13 == 0) ekf_.remove(std::array{0});
+    if (case_.marginalises && frame_ % 13 == 0) ekf_.remove(std::array{0});
   }
 
  private:
@@ -111,10 +112,10 @@ class Wanderer {
     }
     const bool considers = case_.considered && frames_.empty();
     frames_.push_back(considers ? ekf_.consider(prior) : ekf_.add_past(prior));
-    for (int i = 1; i <= kLandmarks; ++i) dormant_.push_back(frames_.back() + i);
+    for (int i = 1; i <= kLandmarks; ++i) inactive_.push_back(frames_.back() + i);
   }
 
-  void begin_landmarks() {
+  void initialise_landmarks() {
     const int clone = 10 + frame_;
     ekf_.clone_pose(clone, from_seconds(frame_));
     add_anchored(ekf_, random_, 1000 + 10 * frame_, inertial_cameras()[0]);
@@ -143,10 +144,10 @@ class Wanderer {
     ekf_.retire(gone);
     for (int number = before; number < ekf_.past().states(); ++number) left.push_back(number);
     for (const int number : left) {
-      if (case_.forgets && number % 3 == 0) {
-        ekf_.forget(std::array{number});
+      if (case_.marginalises && number % 3 == 0) {
+        ekf_.marginalise(std::array{number});
       } else {
-        dormant_.push_back(number);
+        inactive_.push_back(number);
       }
     }
     std::vector<int> unused;
@@ -161,13 +162,13 @@ class Wanderer {
 
   void revive_some() {
     std::vector<int> numbers;
-    for (const int number : dormant_) {
+    for (const int number : inactive_) {
       if (numbers.size() < 3 && random_.uniform() < 0.3) numbers.push_back(number);
     }
     std::ranges::sort(numbers);
     ekf_.revive(numbers);
     revived_ += static_cast<int>(numbers.size());
-    std::erase_if(dormant_, [&](int n) { return std::ranges::find(numbers, n) != numbers.end(); });
+    std::erase_if(inactive_, [&](int n) { return std::ranges::find(numbers, n) != numbers.end(); });
   }
 
   Case case_;
@@ -175,7 +176,7 @@ class Wanderer {
   Ekf ekf_;
   int frame_ = 0;
   int revived_ = 0;
-  std::vector<int> dormant_;
+  std::vector<int> inactive_;
   std::vector<int> frames_;  // of prior maps
 };
 

@@ -103,7 +103,7 @@ void RunChannels::declare_truth() {
   if (!run_.georeference) return;
   declare<StateChannel>(
       kLocationTopic, schemas_, run_.states,
-      [this] { return comparison_.begun() ? comparison_.size() : 0; },
+      [this] { return comparison_.started() ? comparison_.size() : 0; },
       [this](std::size_t i) {
         return location_message(run_.states[i], comparison_.world_T_truth().inverse(),
                                 *run_.georeference);
@@ -129,7 +129,7 @@ void RunChannels::add(const std::vector<RunState>& states) {
   if (states.empty()) return;
   const bool first = run_.states.empty();
   std::ranges::remove_copy_if(states, std::back_inserter(run_.states), is_early);
-  if (std::ranges::any_of(states, is_early) && !std::exchange(told_of_early_times_, true)) {
+  if (std::ranges::any_of(states, is_early) && !std::exchange(reported_early_times_, true)) {
     notice(StatusLevel::kWarning,
            "states with times before 1970 are not shown: the protocol cannot express them");
   }

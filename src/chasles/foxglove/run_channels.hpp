@@ -93,7 +93,7 @@ class RunChannels {
   std::vector<Notice> notices_;
   std::uint64_t epoch_ = 0;
   Clock::time_point next_way_{};
-  bool told_of_early_times_ = false;
+  bool reported_early_times_ = false;
 };
 
 }  // namespace chasles

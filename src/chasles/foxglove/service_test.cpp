@@ -18,8 +18,8 @@ using test::Client;
 using test::foxglove_start;
 using test::get;
 using test::kUpgrade;
-using test::Looker;
 using test::synthetic_drive;
+using test::Watcher;
 
 std::string upgrade(std::string_view protocols, std::string_view more = "") {
   return fmt::format("{}Sec-WebSocket-Protocol: {}\r\n{}", kUpgrade, protocols, more);
@@ -55,7 +55,7 @@ struct Connected {
       const auto frame = client.frame();
       if (!frame) return -1;
       if (frame->opcode == 8) return frame->close_code();
-      if (frame->opcode <= 2) looker.take(frame->text, frame->opcode == 2);
+      if (frame->opcode <= 2) watcher.take(frame->text, frame->opcode == 2);
     }
     return 0;
   }
@@ -63,12 +63,12 @@ struct Connected {
     return until([] { return false; });
   }
   void subscribe(const std::vector<std::string>& topics) {
-    EXPECT_EQ(until([&] { return looker.channels.contains(topics.front()); }), 0);
-    client.say(looker.subscription(topics));
+    EXPECT_EQ(until([&] { return watcher.channels.contains(topics.front()); }), 0);
+    client.say(watcher.subscription(topics));
   }
 
   Client client;
-  Looker looker;
+  Watcher watcher;
 };
 
 TEST(FoxgloveService, TheHandshakeChoosesTheSubprotocol) {
@@ -110,34 +110,34 @@ TEST(FoxgloveService, OtherRequestsAreAnsweredWithAnError) {
   EXPECT_EQ(status(wanted + "Origin: file://\r\nOrigin: file://\r\n"), "HTTP/1.1 403 Forbidden");
 }
 
-TEST(FoxgloveService, ARunArrivesAndItsEndIsTold) {
+TEST(FoxgloveService, ARunArrivesAndItsEndIsReported) {
   const ReportRun drive = synthetic_drive({.states = 200, .landmarks = 50});
   const auto served = std::make_unique<Served>();
   served->service.begin(foxglove_start(drive));
   Connected seen(*served);
   seen.subscribe({"/pose", "/map", "/ways"});
   for (const RunState& state : drive.run.states) served->service.add(state);
-  EXPECT_EQ(seen.until([&] { return seen.looker.count("/pose") == 200; }), 0);
+  EXPECT_EQ(seen.until([&] { return seen.watcher.count("/pose") == 200; }), 0);
   served->service.finish(drive.run, drive.summary, false);
   std::thread close([&] { served->server.close(3s); });
   EXPECT_EQ(seen.until_closed(), 1001);
   close.join();
-  EXPECT_EQ(seen.looker.count("/pose"), 200u);
-  EXPECT_EQ(seen.looker.count("/map"), 1u);
-  EXPECT_EQ(seen.looker.statuses.back().at("message"),
+  EXPECT_EQ(seen.watcher.count("/pose"), 200u);
+  EXPECT_EQ(seen.watcher.count("/map"), 1u);
+  EXPECT_EQ(seen.watcher.statuses.back().at("message"),
             "the run is complete: 200 states, 50 landmarks");
 }
 
-TEST(FoxgloveService, AFailureIsTold) {
+TEST(FoxgloveService, AFailureIsReported) {
   Served served;
   Connected seen(served);
   served.service.fail("no start");
-  EXPECT_EQ(seen.until([&] { return !seen.looker.statuses.empty(); }), 0);
-  EXPECT_EQ(seen.looker.statuses[0].at("message"), "the run failed: no start");
-  EXPECT_EQ(seen.looker.statuses[0].at("level"), 2);
+  EXPECT_EQ(seen.until([&] { return !seen.watcher.statuses.empty(); }), 0);
+  EXPECT_EQ(seen.watcher.statuses[0].at("message"), "the run failed: no start");
+  EXPECT_EQ(seen.watcher.statuses[0].at("level"), 2);
 }
 
-TEST(FoxgloveService, MapsAndFramesAreAskedForOnlyWhereSomebodyLooks) {
+TEST(FoxgloveService, MapsAndFramesAreAskedForOnlyWhereAViewerIs) {
   const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 5});
   Served served;
   served.service.begin(foxglove_start(drive, 1, true));
@@ -170,8 +170,8 @@ TEST(FoxgloveService, HostileClientsAreAnsweredOrClosedAndOthersGoOn) {
   rude.client.say("nonsense");
   rude.client.send(std::string("\x82\x83\x00\x00\x00\x00\x01\x02\x03", 9));  // binary, three bytes
   rude.client.say(R"({"op": "advertise", "channels": []})");
-  EXPECT_EQ(rude.until([&] { return rude.looker.statuses.size() == 3; }), 0);
-  EXPECT_EQ(rude.looker.statuses[2].at("message"),
+  EXPECT_EQ(rude.until([&] { return rude.watcher.statuses.size() == 3; }), 0);
+  EXPECT_EQ(rude.watcher.statuses[2].at("message"),
             "'advertise' is not supported: this server only sends");
   large.client.say(std::string(70'000, ' '));
   EXPECT_EQ(large.until_closed(), 1009);
@@ -182,7 +182,7 @@ TEST(FoxgloveService, HostileClientsAreAnsweredOrClosedAndOthersGoOn) {
   rude.subscribe({"/pose"});
   for (const RunState& state : drive.run.states) served.service.add(state);
   for (Connected* client : {&good, &rude}) {
-    EXPECT_EQ(client->until([&] { return client->looker.count("/pose") == 20; }), 0);
+    EXPECT_EQ(client->until([&] { return client->watcher.count("/pose") == 20; }), 0);
   }
 }
 
@@ -197,7 +197,8 @@ TEST(FoxgloveService, WhoeverDoesNotReadHoldsNothingUp) {
   for (const RunState& state : drive.run.states) served->service.add(state);
   served->service.finish(drive.run, drive.summary, false);
   EXPECT_LT(std::chrono::steady_clock::now() - start, 2s);
-  EXPECT_EQ(good.until([&] { return good.looker.count("/pose") == StateChannel::kMostBehind; }), 0);
+  EXPECT_EQ(good.until([&] { return good.watcher.count("/pose") == StateChannel::kMostBehind; }),
+            0);
   served->server.close(100ms);
   EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
 }

@@ -55,7 +55,7 @@ class FoxgloveSession final : public LiveSession {
   int faults_ = 0;
   Subscriptions subscriptions_;
   std::uint64_t epoch_;
-  std::optional<Time> clock_;  ///< time that it was told last
+  std::optional<Time> clock_;  ///< time of the last message
 };
 
 }  // namespace chasles

@@ -25,12 +25,12 @@ inline std::uint64_t number_at(std::string_view text, std::size_t at, std::size_
 }
 
 /// What a client has received.
-struct Looker {
+struct Watcher {
   nlohmann::json info = nullptr;
   std::vector<nlohmann::json> statuses = {};
   std::map<std::string, std::uint32_t> channels = {};               ///< by topic
   std::map<std::uint32_t, std::vector<std::string>> messages = {};  ///< by subscription
-  std::vector<Time> times = {}, clock = {};                         ///< of the messages; told
+  std::vector<Time> times = {}, clock = {};                         ///< of the messages; sent
 
   void take(std::string_view bytes, bool binary) { binary ? take_frame(bytes) : take_text(bytes); }
 

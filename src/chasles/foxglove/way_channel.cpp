@@ -26,7 +26,7 @@ WayChannel::WayChannel(const ProtoSchemas& schemas, const Run& run,
 // A cursor counts the beginning, then the states.
 
 bool WayChannel::owes_truth(const ChannelCursor& cursor) const {
-  return !cursor.truth && comparison_.begun();
+  return !cursor.truth && comparison_.started();
 }
 
 std::size_t WayChannel::end_of(std::size_t state) const {

@@ -4,8 +4,8 @@
 
 #include <Eigen/LU>
 
-#include <chasles/frontend/corners.hpp>
 #include <chasles/base/vector_clones.hpp>
+#include <chasles/frontend/corners.hpp>
 
 namespace chasles {
 namespace {

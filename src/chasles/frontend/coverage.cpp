@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-constexpr int kRests = 5;                    // searches, after one without a corner
+constexpr int kPause = 5;                    // searches, after one without a corner
 constexpr std::size_t kCornersPerCell = 24;  // candidates to consider
 
 bool far_from_all(const std::vector<Eigen::Vector2d>& pixels, const Eigen::Vector2d& pixel,
@@ -56,7 +56,7 @@ std::vector<std::size_t> Coverage::cells_to_search(std::size_t tracks) const {
   std::vector<std::size_t> order(cells_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   if (2 * tracks < max_tracks) return order;
-  std::erase_if(order, [&](std::size_t i) { return cells_[i].rests > 0; });
+  std::erase_if(order, [&](std::size_t i) { return cells_[i].pause > 0; });
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return cells_[a].tracks < cells_[b].tracks;
   });
@@ -74,7 +74,7 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
   for (Cell& cell : cells_) {
     cell.tracks = 0;
     cell.corners.clear();
-    cell.rests = std::max(0, cell.rests - 1);
+    cell.pause = std::max(0, cell.pause - 1);
   }
   for (const Eigen::Vector2d& pixel : tracks) ++cells_[cell_of(pixel)].tracks;
   std::vector<Eigen::Vector2d> all = tracks;
@@ -86,7 +86,7 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
       return masked(mask, corner.pixel) || !far_from_all(all, corner.pixel, settings_.min_distance);
     });
     if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
-    if (cell.corners.empty()) cell.rests = kRests;
+    if (cell.corners.empty()) cell.pause = kPause;
     std::reverse(cell.corners.begin(), cell.corners.end());  // best one last
   }
   // Among cells with equally many tracks, the one with the best corner.

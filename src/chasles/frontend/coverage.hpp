@@ -38,7 +38,7 @@ class Coverage {
   struct Cell {
     PixelBox box;
     int tracks = 0;
-    int rests = 0;  // searches for which it is still skipped
+    int pause = 0;  // searches for which it is still skipped
     std::vector<Corner> corners = {};
   };
 

@@ -4,9 +4,9 @@
 
 #include <Eigen/Cholesky>
 
+#include <chasles/base/vector_clones.hpp>
 #include <chasles/frontend/deformation.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
-#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

@@ -35,9 +35,10 @@ Eigen::Matrix2f usable_bend(const Eigen::Matrix2d& from_A_to) {
 
 /// Searches for the patch of `from`, given on level 0, around `estimate`; stores the patch in
 /// `patch`.
-std::optional<PatchPosition> look(const ImagePyramid& from, const ImagePyramid& to,
-                                  const Expectation& expected, const Eigen::Vector2f& estimate,
-                                  int window, const Pass& pass, Patch& patch) {
+std::optional<PatchPosition> search_patch(const ImagePyramid& from, const ImagePyramid& to,
+                                          const Expectation& expected,
+                                          const Eigen::Vector2f& estimate, int window,
+                                          const Pass& pass, Patch& patch) {
   const auto l = static_cast<std::size_t>(pass.level);
   const float scale = 1.0F / static_cast<float>(1 << pass.level);
   if (!make_patch(from.levels[l], expected.from.cast<float>() * scale,
@@ -69,10 +70,11 @@ std::optional<PatchPosition> follow_forth(const ImagePyramid& from, const ImageP
   Patch patch;
   // A coarse level that fails is skipped: the finer ones may succeed.
   for (int l = std::min(expected.levels, available) - 1; l > 0; --l) {
-    const auto found = look(from, to, expected, estimate, settings.window, coarse_pass(l), patch);
+    const auto found =
+        search_patch(from, to, expected, estimate, settings.window, coarse_pass(l), patch);
     if (found) estimate = found->centre * static_cast<float>(1 << l);
   }
-  return look(from, to, expected, estimate, settings.window, fine_pass(settings), patch);
+  return search_patch(from, to, expected, estimate, settings.window, fine_pass(settings), patch);
 }
 
 Followed follow(const ImagePyramid& from, const ImagePyramid& to, const Expectation& expected,
@@ -93,8 +95,8 @@ std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& 
                                   const Expectation& expected, const FollowSettings& settings) {
   constexpr float kFurthest = 0.5F;  // [px], from the position that align() found
   Patch patch;
-  const auto found = look(from, to, expected, expected.to.cast<float>(), settings.window,
-                          fine_pass(settings), patch);
+  const auto found = search_patch(from, to, expected, expected.to.cast<float>(), settings.window,
+                                  fine_pass(settings), patch);
   if (!found) return std::nullopt;
   const auto rest = deformation(patch, to.levels[0], found->centre);
   if (!rest || rest->shift.norm() > kFurthest) return std::nullopt;

@@ -4,18 +4,18 @@
 #include <optional>
 #include <utility>
 
+#include <chasles/base/stage_clock.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/frontend/stereo_match.hpp>
 #include <chasles/frontend/tracks.hpp>
-#include <chasles/base/stage_clock.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr int kStereoRests = 4;  // frames, after a search along the epipolar curve found nothing
+constexpr int kStereoPause = 4;  // frames, after a search along the epipolar curve found nothing
 
 CoverageSettings coverage_settings_of(const FrontendSettings& s) {
   return {.measure = s.corners,
@@ -120,8 +120,8 @@ void Frontend::State::add_tracks() {
 
 void Frontend::State::match_other(const StereoViews& views, std::size_t camera, Track& track) {
   OtherView& other = track.others[camera - 1];
-  if (other.rests > 0) {
-    --other.rests;
+  if (other.pause > 0) {
+    --other.pause;
     return;
   }
   ++report.stereo_tried;
@@ -136,7 +136,7 @@ void Frontend::State::match_other(const StereoViews& views, std::size_t camera, 
     other.inverse_depth = match->inverse_depth;
   } else {
     other.inverse_depth.reset();
-    other.rests = kStereoRests;
+    other.pause = kStereoPause;
   }
 }
 

@@ -5,11 +5,11 @@
 
 #include <Eigen/Core>
 
+#include <chasles/base/time.hpp>
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/frontend/frontend_settings.hpp>
-#include <chasles/base/time.hpp>
 
 namespace chasles {
 

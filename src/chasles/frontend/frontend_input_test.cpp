@@ -29,8 +29,8 @@ class FrontendInput : public ::testing::Test {
   }
 
   template <typename ErrorType>
-  void expect_refused(const ImageFrame& images, const RotationPrior& prior,
-                      const std::vector<std::string>& parts) {
+  void expect_rejected(const ImageFrame& images, const RotationPrior& prior,
+                       const std::vector<std::string>& parts) {
     try {
       frontend.process(images, prior);
       ADD_FAILURE() << "expected an error: " << parts[0];
@@ -92,7 +92,7 @@ TEST_F(FrontendInput, WithoutTheOtherImageThereAreTracksOfTheFirst) {
   }
 }
 
-TEST_F(FrontendInput, ARepeatedImageIsARestingRig) {
+TEST_F(FrontendInput, ARepeatedImageIsAStaticRig) {
   const FeatureFrame first = frontend.process(frame(1), gyroscope(walk_pose(0), walk_pose(1)));
   ImageFrame again = frame(1);
   again.time = from_seconds(1.1);
@@ -112,8 +112,8 @@ TEST_F(FrontendInput, NoiseAloneIsNotFollowed) {
   }
 }
 
-TEST_F(FrontendInput, ATimeThatDoesNotRiseIsRefused) {
-  expect_refused<InputError>(frame(0), {}, {"time", "1000000000 ns", "rising"});
+TEST_F(FrontendInput, ATimeThatDoesNotRiseIsRejected) {
+  expect_rejected<InputError>(frame(0), {}, {"time", "1000000000 ns", "rising"});
   ImageFrame early = frame(2);
   early.time = from_seconds(0.5);
   Frontend fresh({}, rig);
@@ -121,28 +121,28 @@ TEST_F(FrontendInput, ATimeThatDoesNotRiseIsRefused) {
   EXPECT_THROW(fresh.process(early), InputError);
 }
 
-TEST_F(FrontendInput, AnImageOfAnotherSizeIsRefused) {
+TEST_F(FrontendInput, AnImageOfAnotherSizeIsRejected) {
   ImageFrame wrong = frame(1);
   wrong.images[1] = {.width = 640, .height = 480, .pixels = std::vector<std::uint8_t>(640 * 480)};
-  expect_refused<InputError>(wrong, {}, {"camera 1", "640 x 480", "752 x 480"});
+  expect_rejected<InputError>(wrong, {}, {"camera 1", "640 x 480", "752 x 480"});
 }
 
-TEST_F(FrontendInput, ImagesShortOfPixelsAreRefused) {
+TEST_F(FrontendInput, ImagesShortOfPixelsAreRejected) {
   ImageFrame wrong = frame(1);
   wrong.images[0].pixels.pop_back();
-  expect_refused<InputError>(wrong, {}, {"camera 0", "360959 bytes"});
+  expect_rejected<InputError>(wrong, {}, {"camera 0", "360959 bytes"});
 }
 
-TEST_F(FrontendInput, AnotherNumberOfImagesThanCamerasIsRefused) {
+TEST_F(FrontendInput, AnotherNumberOfImagesThanCamerasIsRejected) {
   ImageFrame wrong = frame(1);
   wrong.images.pop_back();
-  expect_refused<InputError>(wrong, {}, {"found 1 images", "expected 2"});
+  expect_rejected<InputError>(wrong, {}, {"found 1 images", "expected 2"});
 }
 
-TEST_F(FrontendInput, AMatrixThatIsNoRotationIsRefused) {
+TEST_F(FrontendInput, AMatrixThatIsNoRotationIsRejected) {
   RotationPrior prior{.trusted = true};
   prior.now_R_last_imu(1, 2) = kNaN;
-  expect_refused<InputError>(frame(1), prior, {"rotation", "NaN"});
+  expect_rejected<InputError>(frame(1), prior, {"rotation", "NaN"});
   prior.now_R_last_imu = -Eigen::Matrix3d::Identity();
   EXPECT_THROW(frontend.process(frame(2), prior), InputError);
   prior.now_R_last_imu = 1.01 * Eigen::Matrix3d::Identity();

@@ -9,8 +9,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/base/opencv_codecs_testing.hpp>
+#include <chasles/frontend/frontend_testing.hpp>
 
 namespace chasles::test {
 namespace {

@@ -1,12 +1,12 @@
-#include <chasles/frontend/frontend_settings.hpp>
 #include <chasles/base/settings_testing.hpp>
+#include <chasles/frontend/frontend_settings.hpp>
 
 namespace chasles::test {
 namespace {
 
-TEST(FrontendSettings, EachIsDescribedAndJudged) {
+TEST(FrontendSettings, EachIsDescribedAndAssessed) {
   expect_each_field_is_described<FrontendSettings>();
-  expect_each_field_is_judged<FrontendSettings>("frontend.");
+  expect_each_field_is_assessed<FrontendSettings>("frontend.");
 }
 
 TEST(FrontendSettings, AWindowHasAMiddleAndPredictedLevelsAreAmongTheLevels) {
@@ -16,7 +16,7 @@ TEST(FrontendSettings, AWindowHasAMiddleAndPredictedLevelsAreAmongTheLevels) {
             "frontend.predicted_levels: found 3, expected not more than levels, 2");
 }
 
-TEST(FrontendSettings, WhatIsAllowedIsToldInWords) {
+TEST(FrontendSettings, WhatIsAllowedIsReportedInWords) {
   EXPECT_EQ(complaint_about(FrontendSettings{.max_tracks = 0}),
             "frontend.max_tracks: found 0, expected a whole number not below 1 and not above 10000 "
             "[count]");

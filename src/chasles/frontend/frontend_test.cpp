@@ -28,7 +28,7 @@ TEST(Frontend, FollowsAWalk) {
   }
 }
 
-TEST(Frontend, DoesNotDriftWhereTheGyroscopeTellsHowPatchesTurn) {
+TEST(Frontend, DoesNotDriftWhereTheGyroscopeShowsHowPatchesTurn) {
   const auto roll = [](int k) { return SE3{so3::exp(Eigen::Vector3d(0, 0, 0.02 * k)), {0, 0, 0}}; };
   EXPECT_LT(median(follow({.path = roll, .frames = 15}).total_errors), 0.06);
 }

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/vector_clones.hpp>
 #include <chasles/frontend/equalise.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
-#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {

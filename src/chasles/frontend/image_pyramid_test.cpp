@@ -137,7 +137,7 @@ TEST(ImagePyramid, EqualisationSpreadsTheGreyLevels) {
   EXPECT_GT(spread(Equalisation::kClahe), 9);
 }
 
-TEST(ImagePyramid, ToldBlackAndSaturatedImagesFromUsableOnes) {
+TEST(ImagePyramid, SeparatesBlackAndSaturatedImagesFromUsableOnes) {
   GrayImage image = random_image(100, 100);
   EXPECT_EQ(exposure(pyramid_of(image, 3)), Exposure::kUsable);
   std::fill(image.pixels.begin(), image.pixels.end(), std::uint8_t{3});
@@ -148,7 +148,7 @@ TEST(ImagePyramid, ToldBlackAndSaturatedImagesFromUsableOnes) {
   EXPECT_EQ(exposure(pyramid_of(image, 3)), Exposure::kUsable);
 }
 
-TEST(ImagePyramid, RefusesAnImageWhosePixelsAreNotWidthTimesHeight) {
+TEST(ImagePyramid, RejectsAnImageWhosePixelsAreNotWidthTimesHeight) {
   GrayImage image = random_image(60, 50);
   image.pixels.pop_back();
   EXPECT_THROW(pyramid_of(image, 2), InputError);

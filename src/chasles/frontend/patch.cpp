@@ -3,9 +3,9 @@
 
 #include <Eigen/LU>
 
+#include <chasles/base/vector_clones.hpp>
 #include <chasles/frontend/patch.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
-#include <chasles/base/vector_clones.hpp>
 
 namespace chasles {
 namespace {
@@ -146,7 +146,7 @@ float correlation_of(const Patch& patch, const float* image, float with_value) {
 
 /// The region around a point; it is read again if the patch leaves the last one.
 template <int Lanes>
-void look_at(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
+void inspect(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
              Region& region) {
   const int x = at.x - half - region.x, y = at.y - half - region.y;
   if (!first && x >= 0 && y >= 0 && x <= 2 * kSlack && y <= 2 * kSlack) return;
@@ -165,7 +165,7 @@ std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel&
   for (int step = 0;; ++step) {
     if (!inside(level, found.centre)) return std::nullopt;
     const Bilinear at(found.centre);
-    look_at<Lanes>(level, at, half, patch.side, step == 0, region);
+    inspect<Lanes>(level, at, half, patch.side, step == 0, region);
     interpolate<Lanes>(region, at.x - half - region.x, at.y - half - region.y, at, patch.side,
                        image);
     const Products with = products<Lanes>(patch, image);

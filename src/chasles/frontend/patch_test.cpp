@@ -100,7 +100,7 @@ TEST_P(BendOfSide, LearnsHowTheImageIsBentUnderIt) {
       return 20 + 0.8 * picture(p.x(), p.y());
     });
     Expectation expected{.from = centre, .to = centre};
-    for (int look = 0; look < 10; ++look) {
+    for (int pass = 0; pass < 10; ++pass) {
       const auto found = find_again(first, bent, expected, {.window = GetParam()});
       ASSERT_TRUE(found);
       expected.to = found->pixel;

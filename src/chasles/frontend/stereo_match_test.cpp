@@ -126,7 +126,7 @@ TEST(TriangulateMatch, GivesTheDepthOfAProjectedPoint) {
   }
 }
 
-TEST(TriangulateMatch, RefusesWhatIsOffTheLineOrBeyondInfinity) {
+TEST(TriangulateMatch, RejectsWhatIsOffTheLineOrBeyondInfinity) {
   const std::vector<Camera> rig = euroc_rig();
   const ImagePyramid none;
   const StereoViews views(rig[0], none, rig[1], none);

@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <utility>
 
+#include <chasles/base/stage_clock.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/tracks.hpp>
 #include <chasles/frontend/two_view.hpp>
 #include <chasles/frontend/view_transfer.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/base/stage_clock.hpp>
 
 namespace chasles {
 namespace {

@@ -21,7 +21,7 @@ namespace chasles {
 struct OtherView {
   std::optional<Eigen::Vector2d> pixel = {};  ///< in this frame [px]
   std::optional<double> inverse_depth = {};   ///< at its last match there [1/m]
-  int rests = 0;                              ///< frames for which the search is skipped
+  int pause = 0;                              ///< frames for which the search is skipped
 };
 
 /// The origin of a track's patch. Errors accumulate when following from image to image; they do not

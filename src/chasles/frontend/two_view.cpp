@@ -17,8 +17,8 @@ namespace {
 constexpr std::size_t kMinPairs = 8;
 constexpr int kSamples = 60;  // with 30 % outliers, all samples are bad with probability 1e-17
 constexpr int kRotationSamples = 60, kPoseSamples = 80;
-constexpr double kMinAgreement = 0.3;       // of the pairs, for a decision
-constexpr double kDoubtfulAgreement = 0.5;  // below it, a trusted rotation is doubted
+constexpr double kMinAgreement = 0.3;      // of the pairs, for a decision
+constexpr double kSuspectAgreement = 0.5;  // below it, a trusted rotation is suspect
 constexpr double kTrustedSigma = 5e-3, kGuessSigma = 0.1;  // of the prior rotation [rad]
 
 /// splitmix64 (Steele, Lea, Flood 2014): the same numbers on all platforms.
@@ -237,7 +237,7 @@ TwoView find_motion(const std::vector<RayPair>& pairs, const TwoViewPrior& prior
   if (pairs.size() < kMinPairs) return motion;
   motion = solve(pairs, prior);
   double agreement = mark(pairs, prior.threshold, motion);
-  if (prior.trusted && agreement < kDoubtfulAgreement) {
+  if (prior.trusted && agreement < kSuspectAgreement) {
     TwoViewPrior guess = prior;
     guess.trusted = false;
     TwoView other = solve(pairs, guess);

@@ -135,7 +135,7 @@ TEST(TwoView, OfAPureRotationKeepsEverythingThatTheRotationExplains) {
   }
 }
 
-TEST(TwoView, OfARigThatRestsKeepsExactCopies) {
+TEST(TwoView, OfAStaticRigKeepsExactCopies) {
   Drawn drawn = draw({.translation = {0, 0, 0}, .rotation = {0, 0, 0}, .noise = 0});
   for (RayPair& pair : drawn.pairs) pair.now = pair.last;
   const TwoView motion = find_motion(drawn.pairs, prior_of(drawn));
@@ -181,7 +181,7 @@ TEST(TwoView, WithoutAgreementDecidesNothing) {
   EXPECT_EQ(motion.right, std::vector<char>(drawn.pairs.size(), 1));
 }
 
-TEST(TwoView, TellsTheSameTwice) {
+TEST(TwoView, ShowsTheSameTwice) {
   const Drawn drawn = draw({.wrong = 0.3});
   const TwoView a = find_motion(drawn.pairs, prior_of(drawn));
   const TwoView b = find_motion(drawn.pairs, prior_of(drawn));

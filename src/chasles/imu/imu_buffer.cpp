@@ -158,7 +158,7 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
           .gyroscope_extra_density = density(rate, rate_, added.gyroscope)};
 }
 
-bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {
+bool ImuBuffer::depends_on_saturated(const Sensor& sensor, const Position& after) const {
   if (after != samples_.end() && sensor.saturated(*after)) return true;
   const bool before = after == samples_.end() || sensor.of_instant;
   return before && after != samples_.begin() && sensor.saturated(*std::prev(after));
@@ -166,7 +166,7 @@ bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) 
 
 ImuBuffer::Guess ImuBuffer::bridge(const Sensor& sensor, Time start, Time end,
                                    const Position& after, const Eigen::Vector3d& mean) const {
-  if (counts_.saturated == 0 || !rests_on_saturated(sensor, after)) return {.mean = mean};
+  if (counts_.saturated == 0 || !depends_on_saturated(sensor, after)) return {.mean = mean};
   const auto good = [&sensor](const ImuSample& sample) { return !sensor.saturated(sample); };
   const auto before = std::find_if(std::make_reverse_iterator(after), samples_.rend(), good);
   const auto later = std::find_if(after, samples_.end(), good);

@@ -103,7 +103,7 @@ class ImuBuffer {
   /// [start, end], with no sample inside; `after` is the first sample later than `start`.
   ImuInterval interval(Time start, Time end, const Position& after) const;
   /// Whether the sensor's value for an interval depends on a saturated sample.
-  bool rests_on_saturated(const Sensor& sensor, const Position& after) const;
+  bool depends_on_saturated(const Sensor& sensor, const Position& after) const;
   /// The bridge between the unsaturated neighbours; `mean`: the interval's mean of the samples as
   /// measured.
   Guess bridge(const Sensor& sensor, Time start, Time end, const Position& after,

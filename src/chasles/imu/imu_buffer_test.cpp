@@ -177,10 +177,10 @@ TEST(ImuBuffer, DroppingKeepsWhatLaterIntervalsNeed) {
   for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
     for (const int ms : {5, 10, 14, 20, 29, 30, 37, 40, 55}) {
       ImuBuffer kept = four_samples(convention);
-      ImuBuffer forgot = four_samples(convention);
-      forgot.drop_before(milliseconds(ms));
+      ImuBuffer shortened = four_samples(convention);
+      shortened.drop_before(milliseconds(ms));
       const auto expected = kept.between(milliseconds(ms), milliseconds(150));
-      const auto actual = forgot.between(milliseconds(ms), milliseconds(150));
+      const auto actual = shortened.between(milliseconds(ms), milliseconds(150));
       ASSERT_EQ(actual.size(), expected.size());
       for (std::size_t i = 0; i < actual.size(); ++i) {
         EXPECT_EQ(actual[i].tau, expected[i].tau);
@@ -280,7 +280,7 @@ TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
   }
 }
 
-TEST(ImuBuffer, TellsTheSignalAtAnInstant) {
+TEST(ImuBuffer, ShowsTheSignalAtAnInstant) {
   for (const auto& [convention, name] : Choices<ImuConvention>::list) {
     SCOPED_TRACE(name);
     ImuBuffer buffer({.convention = convention});

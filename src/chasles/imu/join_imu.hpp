@@ -57,7 +57,7 @@ class ImuJoiner {
   std::vector<ImuSample> add_force(const AxesSample& force);
   std::vector<ImuSample> add_rate(const AxesSample& rate);
 
-  /// The clock of that stream has jumped: its samples that wait are forgotten, and its next one is
+  /// The clock of that stream has jumped: its samples that wait are discarded, and its next one is
   /// the first again.
   void restart_forces();
   void restart_rates();

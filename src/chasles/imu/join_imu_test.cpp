@@ -100,7 +100,7 @@ TEST(ImuJoiner, AGapOfTheAccelerometerStaysOne) {
   EXPECT_EQ(joined(too_slow, forces(9, milliseconds(51)), rates(80)).size(), 1u) << "at 205 ms";
 }
 
-TEST(ImuJoiner, SamplesThatRestOnASaturatedOneAreMarkedAlongTheSensorsAxes) {
+TEST(ImuJoiner, SamplesThatDependOnASaturatedOneAreMarkedAlongTheSensorsAxes) {
   std::vector<AxesSample> f = forces(40);
   f[20].value = Eigen::Vector3d(0, 0, 30);  // at 321 ms
   Eigen::Matrix3d turn;

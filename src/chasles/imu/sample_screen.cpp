@@ -85,16 +85,16 @@ void SampleScreen::release(const ImuSample& sample) {
 }
 
 void SampleScreen::check_for_spike(const ImuSample& sample) {
-  if (doubtful_) {
-    if (unusual_change(*last_, sample) < unusual_change(*doubtful_, sample)) {
+  if (suspect_) {
+    if (unusual_change(*last_, sample) < unusual_change(*suspect_, sample)) {
       ++counts_.spikes;
     } else {
-      release(*doubtful_);
+      release(*suspect_);
     }
-    doubtful_.reset();
+    suspect_.reset();
   }
   if (last_ && !at_limit(sample) && unusual_change(*last_, sample) > 1) {
-    doubtful_ = sample;
+    suspect_ = sample;
   } else {
     release(sample);
   }

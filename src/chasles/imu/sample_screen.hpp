@@ -54,9 +54,9 @@ class SampleScreen {
 
   ImuRange range_;
   Counts counts_;
-  std::optional<Time> newest_;         ///< of the finite samples
-  std::optional<ImuSample> last_;      ///< that was released
-  std::optional<ImuSample> doubtful_;  ///< that waits
+  std::optional<Time> newest_;        ///< of the finite samples
+  std::optional<ImuSample> last_;     ///< that was released
+  std::optional<ImuSample> suspect_;  ///< that waits
   Change force_, rate_;
   std::optional<ImuSample> repeated_;  ///< the first sample with the present numbers
   int repeats_ = 0;

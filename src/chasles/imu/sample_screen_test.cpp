@@ -100,8 +100,8 @@ TEST(SampleScreen, ReleasesNoneOfAFrozenSensor) {
   expect_left_out(samples, out);
 }
 
-// Numbers as at rest tell nothing: a walker's are so at every eighth sample.
-TEST(SampleScreen, FreezesAtNumbersAsAtRestToo) {
+// Numbers as at a standstill determine nothing: a walker's are so at every eighth sample.
+TEST(SampleScreen, FreezesAtNumbersAsAtStandstillToo) {
   auto samples = swing(1000);
   std::vector<std::size_t> out;
   for (std::size_t k = 400; k < 800; ++k) {
@@ -121,7 +121,8 @@ TEST(SampleScreen, RepeatsForLessThanATenthOfASecondAreReleasedLater) {
   expect_left_out(samples, {});
 }
 
-// As an ideal sensor of a simulation, at rest and in a steady turn; as one that is read twice.
+// As an ideal sensor of a simulation, at a standstill and in a steady turn; as one that is read
+// twice.
 TEST(SampleScreen, KeepsRepeatsThatAreNoFault) {
   auto samples = swing(1000, 0);
   for (std::size_t k = 401; k < 800; ++k) {

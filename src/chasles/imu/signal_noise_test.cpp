@@ -20,7 +20,7 @@ std::vector<double> signal(std::size_t count, double walk, double white, std::ui
   return samples;
 }
 
-TEST(MeasureSignal, TellsWhiteNoiseFromTheWalkUnderIt) {
+TEST(MeasureSignal, SeparatesWhiteNoiseFromTheWalkUnderIt) {
   const SignalNoise noise = measure_signal(signal(5000, 0.3, 0.5, 1), kPeriod);
   // Three standard errors of a median of 5000 correlated differences: 5 % of s1 and of s2.
   EXPECT_NEAR(noise.white, 0.5, 0.08);
@@ -45,7 +45,7 @@ TEST(MeasureSignal, GrossErrorsHardlyChangeTheWhiteNoise) {
   EXPECT_NEAR(measure_signal(samples, kPeriod).white, 0.5, 0.06);
 }
 
-TEST(MeasureSignal, ThreeSamplesTellNothing) {
+TEST(MeasureSignal, ThreeSamplesShowNothing) {
   EXPECT_EQ(measure_signal(std::vector<double>{1, 2, 4}, kPeriod).white, 0);
   EXPECT_EQ(measure_signal({}, kPeriod).walk, 0);
 }

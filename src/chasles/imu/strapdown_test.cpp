@@ -56,7 +56,7 @@ InertialState integrate_for(InertialState x, const ImuInterval& interval, int st
   return x;
 }
 
-TEST(Strapdown, RestStaysAtRest) {
+TEST(Strapdown, AStandstillStaysOne) {
   test::Random random(1);
   InertialState start = random_state(random);
   start.v_world.setZero();
@@ -270,11 +270,11 @@ TEST(Strapdown, NoiseEntersThroughTheSamples) {
 TEST(Strapdown, CovarianceOfManyStepsIsThatOfTheContinuousProcesses) {
   constexpr double kSeconds = 2;
   constexpr int kSteps = 2000;
-  const ImuInterval rest{.tau = kSeconds / kSteps, .specific_force_imu = -kGravity};
+  const ImuInterval standstill{.tau = kSeconds / kSteps, .specific_force_imu = -kGravity};
   Matrix15d P = Matrix15d::Zero();
   InertialState x;
   for (int i = 0; i < kSteps; ++i) {
-    const StrapdownStep step = strapdown(x, rest, kGravityWorld, kNoise);
+    const StrapdownStep step = strapdown(x, standstill, kGravityWorld, kNoise);
     P = step.F * P * step.F.transpose() + step.Q;
     x = step.state;
   }

@@ -17,8 +17,8 @@ struct AddedNoise {
 };
 
 /// Estimates the noise of a vibrating IMU from its samples. Samples of a vibration faster than
-/// half of their rate are aliased: a part of it appears at low frequencies, where nothing tells it
-/// from motion, and is integrated as white noise. The rest of the aliased vibration is in the
+/// half of their rate are aliased: a part of it appears at low frequencies, where nothing separates
+/// it from motion, and is integrated as white noise. The rest of the aliased vibration is in the
 /// middle of the band, where the differences
 ///   D_k = (x_k + x_{k-1} - x_{k-2} - x_{k-3}) / 2
 /// measure it: their gain is 2 |cos(w/2) sin w|, with a maximum of 1.54 at 0.2 of the rate. A

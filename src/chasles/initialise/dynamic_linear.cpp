@@ -5,8 +5,8 @@
 
 #include <Eigen/Geometry>
 
-#include <chasles/lie/small_matrices.hpp>
 #include <chasles/initialise/dynamic_linear.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {

@@ -6,9 +6,9 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/eval/chi2.hpp>
+#include <chasles/initialise/dynamic_refine.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/initialise/dynamic_refine.hpp>
 
 namespace chasles {
 namespace {

@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/lie/small_matrices.hpp>
 #include <chasles/initialise/dynamic_refine.hpp>
 #include <chasles/initialise/dynamic_start.hpp>
 #include <chasles/initialise/gyroscope_bias.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -57,17 +57,17 @@ double rms_speed(const MotionUnknowns& motion) {
   return std::sqrt(sum / static_cast<double>(motion.keyframes.size()));
 }
 
-double largest_deviation(const Eigen::MatrixXd& covariance) {
+double largest_sigma(const Eigen::MatrixXd& covariance) {
   return std::sqrt(symmetric_eigen(covariance).values.maxCoeff());
 }
 
-void judge(const RefinedMotion& refined, const LinearMotion& linear, double offered,
-           const InitialiserSettings& s, std::vector<Requirement>& requirements) {
+void assess(const RefinedMotion& refined, const LinearMotion& linear, double offered,
+            const InitialiserSettings& s, std::vector<Requirement>& requirements) {
   const double speed = std::max(rms_speed(refined.motion), 1e-6);
-  const double v_sigma = largest_deviation(refined.covariance.block<3, 3>(2, 2));
-  const double tilt = largest_deviation(refined.covariance.topLeftCorner<2, 2>());
+  const double v_sigma = largest_sigma(refined.covariance.block<3, 3>(2, 2));
+  const double tilt = largest_sigma(refined.covariance.topLeftCorner<2, 2>());
   requirements.push_back(
-      at_most("deviation of gravity's magnitude", std::abs(linear.free_gravity - s.gravity),
+      at_most("difference of gravity's magnitude", std::abs(linear.free_gravity - s.gravity),
               std::hypot(s.max_gravity_deviation, 3 * linear.free_gravity_sigma), "m/s^2"));
   requirements.push_back(
       at_most("uncertainty of the scale (of velocity, against the speed)", 100 * v_sigma / speed,
@@ -181,7 +181,7 @@ StartAttempt dynamic_start(const MotionWindow& window, const ImuNoise& noise,
     requirements.push_back(at_least("tracks that fit the motion", 0, s.min_tracks, ""));
     return attempt;
   }
-  judge(*refined, *linear, offered, s, requirements);
+  assess(*refined, *linear, offered, s, requirements);
   if (!all_met(requirements)) return attempt;
   attempt.start = start_of(*refined, window.times.front(), s);
   return attempt;

@@ -3,10 +3,10 @@
 #include <optional>
 #include <vector>
 
+#include <chasles/estimate/requirement.hpp>
 #include <chasles/initialise/dynamic_window.hpp>
 #include <chasles/initialise/inertial_start.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
-#include <chasles/estimate/requirement.hpp>
 
 namespace chasles {
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Geometry>
 
-#include <chasles/lie/small_matrices.hpp>
 #include <chasles/initialise/gyroscope_bias.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -99,11 +99,11 @@ std::vector<Normal> normals(const Pair& pair, const std::vector<Attitude>& at) {
 
 // Standard deviation of t . n. A ray along t has no information, and must not cause a division by
 // zero.
-double deviation(const Normal& m, const Eigen::Vector3d& t) {
+double ray_sigma(const Normal& m, const Eigen::Vector3d& t) {
   return m.sigma * std::sqrt(m.u.cross(t).squaredNorm() + m.v.cross(t).squaredNorm() + 1e-4);
 }
 
-double residual(const Normal& m, const Eigen::Vector3d& t) { return t.dot(m.n) / deviation(m, t); }
+double residual(const Normal& m, const Eigen::Vector3d& t) { return t.dot(m.n) / ray_sigma(m, t); }
 
 // The direction of the translation: among cross products of two normals, the one that agrees with
 // most. Zero if there is none.
@@ -151,7 +151,7 @@ BiasEquations equations(const Pair& pair, const std::vector<Attitude>& at, doubl
   Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
   Eigen::Matrix<double, 5, 1> b = Eigen::Matrix<double, 5, 1>::Zero();
   for (const Normal& m : all) {
-    const double s = deviation(m, t), r = t.dot(m.n) / s;
+    const double s = ray_sigma(m, t), r = t.dot(m.n) / s;
     if (std::abs(r) > gate) continue;
     Eigen::Matrix<double, 5, 1> J;
     const Eigen::Matrix3d d_bias = hat(m.v) * hat(m.u) * Du - hat(m.u) * hat(m.v) * Dv;

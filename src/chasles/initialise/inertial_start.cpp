@@ -3,8 +3,8 @@
 #include <numbers>
 #include <utility>
 
-#include <chasles/lie/so3.hpp>
 #include <chasles/initialise/inertial_start.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
@@ -32,9 +32,10 @@ InertialStart turned(InertialStart start, double angle) {
 
 double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera) {
   const Eigen::Matrix3d nav_R_cam = nav_R_imu * camera.cam_T_imu.R.transpose();
-  const Eigen::Vector3d sight = nav_R_cam.col(2), top = -nav_R_cam.col(1);
-  Eigen::Vector3d direction = sight;
-  if (std::abs(sight.z()) > std::numbers::sqrt2 / 2) direction = sight.z() < 0 ? top : -top;
+  const Eigen::Vector3d optical_axis = nav_R_cam.col(2), top = -nav_R_cam.col(1);
+  Eigen::Vector3d direction = optical_axis;
+  if (std::abs(optical_axis.z()) > std::numbers::sqrt2 / 2)
+    direction = optical_axis.z() < 0 ? top : -top;
   return std::atan2(direction.y(), direction.x());
 }
 

@@ -2,12 +2,12 @@
 
 #include <optional>
 
+#include <chasles/base/time.hpp>
 #include <chasles/camera/camera.hpp>
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/imu/strapdown.hpp>
-#include <chasles/estimate/estimate.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
-#include <chasles/base/time.hpp>
 
 namespace chasles {
 

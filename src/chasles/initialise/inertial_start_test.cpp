@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include <chasles/initialise/inertial_start.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/testing.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
-#include <chasles/initialise/inertial_start.hpp>
 
 namespace chasles {
 namespace {

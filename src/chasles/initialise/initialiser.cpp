@@ -4,11 +4,11 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/initialise/dynamic_start.hpp>
 #include <chasles/initialise/initialiser.hpp>
 #include <chasles/initialise/static_conditions.hpp>
 #include <chasles/initialise/static_start.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -17,7 +17,7 @@ constexpr double kLeastAccelerometerNoise = 1e-5;  // [m/s^2/sqrt(Hz)]
 constexpr double kLeastGyroscopeNoise = 1e-6;      // [rad/s/sqrt(Hz)]
 
 template <typename Value>
-[[noreturn]] void refuse(const std::string& what, Value found, const std::string& expected) {
+[[noreturn]] void reject(const std::string& what, Value found, const std::string& expected) {
   std::ostringstream text;
   text << "initialisation: " << what << " = " << found << ", expected " << expected;
   throw UsageError(text.str());
@@ -25,7 +25,7 @@ template <typename Value>
 
 ImuNoise usable(ImuNoise noise) {
   const auto at_least = [](const char* name, double& density, double least) {
-    if (!std::isfinite(density) || density < 0) refuse(name, density, "a number not below 0");
+    if (!std::isfinite(density) || density < 0) reject(name, density, "a number not below 0");
     density = std::max(density, least);
   };
   at_least("accelerometer_noise_density", noise.accelerometer_noise_density,
@@ -44,9 +44,9 @@ Initialiser::Initialiser(const InitialiserSettings& settings, std::vector<Camera
       imu_options_(imu),
       pixel_sigma_(pixel_sigma),
       imu_(imu) {
-  if (cameras_.empty()) refuse("cameras", 0, "at least one");
+  if (cameras_.empty()) reject("cameras", 0, "at least one");
   if (!std::isfinite(pixel_sigma) || pixel_sigma <= 0) {
-    refuse("pixel_sigma", pixel_sigma, "a positive number of pixels");
+    reject("pixel_sigma", pixel_sigma, "a positive number of pixels");
   }
 }
 
@@ -77,13 +77,13 @@ bool Initialiser::take(const FeatureFrame& frame) {
     window_.pop_front();
   }
   imu_.drop_before(window_.front().time);
-  const Time rest = frame.time - from_seconds(2 * settings_.static_window);
-  while (samples_.size() > 1 && samples_.front().time < rest) samples_.pop_front();
+  const Time static_from = frame.time - from_seconds(2 * settings_.static_window);
+  while (samples_.size() > 1 && samples_.front().time < static_from) samples_.pop_front();
   return true;
 }
 
 std::optional<InertialStart> Initialiser::add(const FeatureFrame& frame) {
-  if (!began_) began_ = frame.time;
+  if (!started_) started_ = frame.time;
   if (!take(frame) || ++since_attempt_ < settings_.attempt_frames || window_.size() < 4) return {};
   since_attempt_ = 0;
   ++counts_.attempts;
@@ -109,13 +109,13 @@ std::optional<InertialStart> Initialiser::try_static() {
   for (const FeatureFrame& frame : window_) {
     if (frame.time >= from) frames.push_back(frame);
   }
-  RestScratch scratch;
+  StandstillScratch scratch;
   const auto& requirements =
       static_conditions(samples, frames, cameras_.size(), noise_, pixel_sigma_, settings_, scratch);
-  const bool at_rest = all_met(requirements);
-  note("at rest", requirements);
-  if (!at_rest) return std::nullopt;
-  return static_start(end, rest_means(samples, noise_), noise_, settings_);
+  const bool is_static = all_met(requirements);
+  note("static", requirements);
+  if (!is_static) return std::nullopt;
+  return static_start(end, standstill_means(samples, noise_), noise_, settings_);
 }
 
 std::optional<InertialStart> Initialiser::try_in_motion() {
@@ -128,7 +128,7 @@ std::optional<InertialStart> Initialiser::try_in_motion() {
     window.intervals.push_back(imu_.between(window.times[k], window.times[k + 1]));
   }
   StartAttempt attempt = dynamic_start(window, noise_, settings_);
-  note("in motion", std::move(attempt.requirements));
+  note("dynamic", std::move(attempt.requirements));
   return attempt.start;
 }
 
@@ -139,7 +139,7 @@ std::vector<Requirement> Initialiser::requirements() const {
 }
 
 std::string Initialiser::why_not() const {
-  const double seconds = began_ ? to_seconds(*last_frame_ - *began_) : 0;
+  const double seconds = started_ ? to_seconds(*last_frame_ - *started_) : 0;
   return why_not_initialised(seconds, requirements());
 }
 

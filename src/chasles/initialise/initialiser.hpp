@@ -7,10 +7,10 @@
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/estimate/requirement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/initialise/inertial_start.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
-#include <chasles/estimate/requirement.hpp>
 
 namespace chasles {
 
@@ -65,7 +65,7 @@ class Initialiser {
   ImuBuffer imu_;
   std::deque<ImuSample> samples_;    ///< the last ones, for the static initialisation
   std::deque<FeatureFrame> window_;  ///< without a gap of samples
-  std::optional<Time> began_, last_frame_;
+  std::optional<Time> started_, last_frame_;
   int since_attempt_ = 0;  ///< frames
   std::vector<Requirement> requirements_;
   Counts counts_;

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <chasles/eval/chi2.hpp>
-#include <chasles/sim/inertial_sim.hpp>
 #include <chasles/initialise/initialiser_motion_testing.hpp>
+#include <chasles/sim/inertial_sim.hpp>
 
 // The initialisation on simulated scenes: duration, errors, consistency, and conditions.
 
@@ -81,18 +81,18 @@ TEST(Initialiser, TwoCamerasNeedLessTime) {
   EXPECT_TRUE(chi2_band(11, 20, 0.999).contains(stereo.mean_nees())) << stereo.mean_nees();
 }
 
-TEST(Initialiser, StartsAtRestWithinASecond) {
+TEST(Initialiser, StartsAtStandstillWithinASecond) {
   InertialScene scene = scene_of("hallway");
   scene.settings.rest_duration = 3;
   scene.settings.start_duration = 1;
   InitialiserSettings settings = exact();
   settings.inflation = 10;  // has no effect on a static initialisation
-  const Study rest = study(scene, 20, settings, 0.2, 0);
-  rest.print("at rest");
-  EXPECT_EQ(rest.started, 20);
-  EXPECT_LT(median(rest.seconds), 1);
+  const Study standstill = study(scene, 20, settings, 0.2, 0);
+  standstill.print("standstill");
+  EXPECT_EQ(standstill.started, 20);
+  EXPECT_LT(median(standstill.seconds), 1);
   // The velocity is exactly 0: eight degrees of freedom remain.
-  EXPECT_TRUE(chi2_band(8, 20, 0.999).contains(rest.mean_nees())) << rest.mean_nees();
+  EXPECT_TRUE(chi2_band(8, 20, 0.999).contains(standstill.mean_nees())) << standstill.mean_nees();
 }
 
 TEST(Initialiser, OneObservationOfFiveMayBeWrong) {
@@ -143,7 +143,7 @@ Recording constant_velocity() {
   return simulate_inertial(scene, 0);
 }
 
-TEST(Initialiser, ConstantVelocityWithOneCameraIsRefusedForItsScale) {
+TEST(Initialiser, ConstantVelocityWithOneCameraIsRejectedForItsScale) {
   const test::StartOutcome outcome = initialise(constant_velocity(), 1, 7, {});
   EXPECT_FALSE(outcome.start);
   EXPECT_GT(outcome.counts.attempts, 10);
@@ -153,7 +153,7 @@ TEST(Initialiser, ConstantVelocityWithOneCameraIsRefusedForItsScale) {
   EXPECT_NE(outcome.why_not.find("scale"), std::string::npos);
 }
 
-TEST(Initialiser, RotationWithoutTranslationIsRefusedForItsParallax) {
+TEST(Initialiser, RotationWithoutTranslationIsRejectedForItsParallax) {
   InertialScene scene = inertial_scene("trajectory");
   scene.settings.camera_x = scene.settings.camera_y = scene.settings.camera_z = 0;
   for (int i = 0; i <= 120; ++i) {
@@ -176,7 +176,7 @@ TEST(Initialiser, WithoutTracksItSaysSo) {
   EXPECT_EQ(unmet(outcome, "tracks")->measured, 0);
 }
 
-TEST(Initialiser, PixelsAnywhereAndSamplesOfNothingAreRefused) {
+TEST(Initialiser, PixelsAnywhereAndSamplesOfNothingAreRejected) {
   InertialScene scene = scene_of("hallway");
   Recording idle = simulate_inertial(scene, 0);
   for (ImuSample& sample : idle.imu) sample.specific_force_imu.setZero();

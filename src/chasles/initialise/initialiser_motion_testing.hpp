@@ -12,9 +12,9 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/recording/recording.hpp>
-#include <chasles/numeric/spline.hpp>
 #include <chasles/initialise/initialiser.hpp>
+#include <chasles/numeric/spline.hpp>
+#include <chasles/recording/recording.hpp>
 
 // Shared by the tests of the initialisation.
 namespace chasles::test {

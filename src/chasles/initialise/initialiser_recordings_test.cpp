@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/initialise/initialiser_motion_testing.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
-#include <chasles/initialise/initialiser_motion_testing.hpp>
 
 // The initialisation with real IMUs: simulated pixels on real flights, and real pixels.
 

@@ -22,8 +22,9 @@ using namespace test;
 
 constexpr double kRate = 200;
 
-std::vector<ImuSample> resting(Normal& normal, double seconds, const Eigen::Matrix3d& nav_R_imu,
-                               const Eigen::Vector3d& ba, const Eigen::Vector3d& bg) {
+std::vector<ImuSample> static_samples(Normal& normal, double seconds,
+                                      const Eigen::Matrix3d& nav_R_imu, const Eigen::Vector3d& ba,
+                                      const Eigen::Vector3d& bg) {
   std::vector<ImuSample> samples;
   const double root = std::sqrt(kRate);
   for (int i = 0; i < seconds * kRate; ++i) {
@@ -36,7 +37,7 @@ std::vector<ImuSample> resting(Normal& normal, double seconds, const Eigen::Matr
   return samples;
 }
 
-TEST(RestStart, IsWrongByWhatItSays) {
+TEST(StandstillStart, IsWrongByWhatItSays) {
   InitialiserSettings s;
   s.accelerometer_bias_sigma = 0.05;
   s.gyroscope_bias_sigma = 0.01;
@@ -47,8 +48,8 @@ TEST(RestStart, IsWrongByWhatItSays) {
     const Eigen::Matrix3d R = so3::exp(normal.vector(0.8));
     const Eigen::Vector3d ba = normal.vector(s.accelerometer_bias_sigma);
     const Eigen::Vector3d bg = normal.vector(s.gyroscope_bias_sigma);
-    const auto samples = resting(normal, 0.75, R, ba, bg);
-    const InertialStart start = static_start({}, rest_means(samples, kNoise), kNoise, s);
+    const auto samples = static_samples(normal, 0.75, R, ba, bg);
+    const InertialStart start = static_start({}, standstill_means(samples, kNoise), kNoise, s);
     // Exp(theta) maps the estimated up to the true one, z = up + theta x up; the heading is
     // arbitrary.
     const Eigen::Vector3d up = start.nav_T_imu.R * R.transpose() * Eigen::Vector3d::UnitZ();
@@ -63,11 +64,12 @@ TEST(RestStart, IsWrongByWhatItSays) {
   EXPECT_TRUE(chi2_band(8, kRuns, 0.999).contains(nees)) << nees;
 }
 
-TEST(RestStart, TiltAndHorizontalBiasCannotBeToldApart) {
+TEST(StandstillStart, TiltAndHorizontalBiasCannotBeSeparated) {
   Normal normal(2);
   InitialiserSettings s;
-  const auto samples = resting(normal, 1, Eigen::Matrix3d::Identity(), {0, 0, 0.03}, {0, 0, 0});
-  const InertialStart start = static_start({}, rest_means(samples, kNoise), kNoise, s);
+  const auto samples =
+      static_samples(normal, 1, Eigen::Matrix3d::Identity(), {0, 0, 0.03}, {0, 0, 0});
+  const InertialStart start = static_start({}, standstill_means(samples, kNoise), kNoise, s);
   const Matrix15d& P = *start.covariance;
   EXPECT_NEAR(std::sqrt(P(0, 0)), s.accelerometer_bias_sigma / s.gravity, 1e-4);
   EXPECT_GT(std::abs(P(0, 10)) / std::sqrt(P(0, 0) * P(10, 10)), 0.99);
@@ -77,10 +79,10 @@ TEST(RestStart, TiltAndHorizontalBiasCannotBeToldApart) {
   EXPECT_EQ(P(4, 4), 0);
 }
 
-TEST(RestConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
+TEST(StandstillConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
   Normal normal(3);
   InitialiserSettings s;
-  auto samples = resting(normal, 1, so3::exp({0.3, 0.2, 0}), {0, 0, 0}, {0, 0, 0});
+  auto samples = static_samples(normal, 1, so3::exp({0.3, 0.2, 0}), {0, 0, 0}, {0, 0, 0});
   std::vector<FeatureFrame> frames(20);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     for (int id = 0; id < 30; ++id) {
@@ -88,7 +90,7 @@ TEST(RestConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
           {.landmark = id, .camera = 0, .pixel = {20.0 * id + normal(), 100 + normal()}});
     }
   }
-  RestScratch scratch;
+  StandstillScratch scratch;
   EXPECT_TRUE(all_met(static_conditions(samples, frames, 1, kNoise, 1, s, scratch)));
   auto drifting = frames;
   for (std::size_t k = 0; k < drifting.size(); ++k) {
@@ -102,26 +104,27 @@ TEST(RestConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
     samples[i].specific_force_imu.x() += 4 * std::sin(0.2 * static_cast<double>(i));
   }
   found = static_conditions(samples, frames, 1, kNoise, 1, s, scratch);
-  EXPECT_EQ(found[2].name, "accelerometer deviation");
+  EXPECT_EQ(found[2].name, "accelerometer standard deviation");
   EXPECT_FALSE(found[2].met);
   EXPECT_FALSE(static_conditions({}, frames, 1, kNoise, 1, s, scratch).front().met);
 }
 
 TEST(Requirements, MakeASentenceOfWhatIsNotMet) {
-  Requirement a = at_most("gyroscope deviation", 0.21, 0.014, "rad/s");
+  Requirement a = at_most("gyroscope standard deviation", 0.21, 0.014, "rad/s");
   Requirement b = at_least("parallax", 3.1, 10, "px"), c = at_least("window", 2, 1, "s");
   Requirement d = at_most("uncertainty", std::nan(""), 10, "%");
-  a.way = "at rest";
-  b.way = c.way = d.way = "in motion";
+  a.way = "static";
+  b.way = c.way = d.way = "dynamic";
   EXPECT_EQ(why_not_initialised(2.1, std::vector{a, c, b, d}),
-            "not initialised after 2.1 s: at rest: gyroscope deviation 0.21 rad/s of at most 0.014 "
-            "rad/s; in motion: parallax 3.1 px of at least 10 px, uncertainty nan% of at most 10%");
+            "not initialised after 2.1 s: static: gyroscope standard deviation 0.21 rad/s of at "
+            "most 0.014 "
+            "rad/s; dynamic: parallax 3.1 px of at least 10 px, uncertainty nan% of at most 10%");
   EXPECT_TRUE(c.met);
   EXPECT_FALSE(d.met);
 }
 
-std::string refusal(const InitialiserSettings& settings, const ImuNoise& noise = kNoise,
-                    double pixel_sigma = 1, std::vector<Camera> cameras = {test_camera()}) {
+std::string rejection(const InitialiserSettings& settings, const ImuNoise& noise = kNoise,
+                      double pixel_sigma = 1, std::vector<Camera> cameras = {test_camera()}) {
   try {
     const Initialiser initialiser(settings, std::move(cameras), noise, {}, pixel_sigma);
   } catch (const UsageError& error) {
@@ -130,25 +133,25 @@ std::string refusal(const InitialiserSettings& settings, const ImuNoise& noise =
   return "";
 }
 
-TEST(Initialiser, SettingsThatCannotBeUsedAreRefusedByName) {
-  EXPECT_EQ(refusal({}), "");
-  EXPECT_EQ(refusal({}, ImuNoise{}), "");  // densities of 0 are replaced by small ones
+TEST(Initialiser, SettingsThatCannotBeUsedAreRejectedByName) {
+  EXPECT_EQ(rejection({}), "");
+  EXPECT_EQ(rejection({}, ImuNoise{}), "");  // densities of 0 are replaced by small ones
   InitialiserSettings s;
   s.inflation = 0.5;
-  EXPECT_NE(refusal(s).find("start.inflation: found 0.5, expected a finite number not below 1"),
+  EXPECT_NE(rejection(s).find("start.inflation: found 0.5, expected a finite number not below 1"),
             std::string::npos);
   s = {};
   s.keyframes = 3;
-  EXPECT_NE(refusal(s).find("start.keyframes: found 3"), std::string::npos);
+  EXPECT_NE(rejection(s).find("start.keyframes: found 3"), std::string::npos);
   s = {};
   s.max_window = 0.5;
-  EXPECT_NE(refusal(s).find("max_window"), std::string::npos);
+  EXPECT_NE(rejection(s).find("max_window"), std::string::npos);
   s = {};
   s.min_parallax = std::nan("");
-  EXPECT_NE(refusal(s).find("min_parallax"), std::string::npos);
-  EXPECT_NE(refusal({}, kNoise, 0).find("pixel_sigma"), std::string::npos);
-  EXPECT_NE(refusal({}, kNoise, 1, {}).find("cameras"), std::string::npos);
-  EXPECT_NE(refusal({}, {.accelerometer_noise_density = -1}).find("accelerometer_noise_density"),
+  EXPECT_NE(rejection(s).find("min_parallax"), std::string::npos);
+  EXPECT_NE(rejection({}, kNoise, 0).find("pixel_sigma"), std::string::npos);
+  EXPECT_NE(rejection({}, kNoise, 1, {}).find("cameras"), std::string::npos);
+  EXPECT_NE(rejection({}, {.accelerometer_noise_density = -1}).find("accelerometer_noise_density"),
             std::string::npos);
 }
 

@@ -3,7 +3,7 @@
 namespace chasles {
 namespace {
 
-InertialState at_rest(const Vector6d& biases) {
+InertialState no_motion(const Vector6d& biases) {
   InertialState state;
   state.accelerometer_bias = biases.head<3>();
   state.gyroscope_bias = biases.tail<3>();
@@ -14,7 +14,7 @@ InertialState at_rest(const Vector6d& biases) {
 
 Preintegration preintegrate(const std::vector<ImuInterval>& intervals, const Vector6d& biases,
                             const ImuNoise& noise) {
-  Preintegration p{.delta = at_rest(biases), .d_bias = Eigen::Matrix<double, 9, 6>::Zero()};
+  Preintegration p{.delta = no_motion(biases), .d_bias = Eigen::Matrix<double, 9, 6>::Zero()};
   const ImuNoise white{.accelerometer_noise_density = noise.accelerometer_noise_density,
                        .gyroscope_noise_density = noise.gyroscope_noise_density};
   for (const ImuInterval& interval : intervals) {
@@ -30,7 +30,7 @@ Preintegration preintegrate(const std::vector<ImuInterval>& intervals, const Vec
 
 void set_biases(const std::vector<ImuInterval>& intervals, const Vector6d& biases,
                 Preintegration& p) {
-  p.delta = at_rest(biases);
+  p.delta = no_motion(biases);
   for (const ImuInterval& interval : intervals) {
     p.delta = integrate(p.delta, interval, Eigen::Vector3d::Zero());
   }

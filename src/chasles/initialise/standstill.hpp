@@ -30,7 +30,7 @@ class Standstill {
   bool detected(const FeatureFrame& frame);
 
  private:
-  bool quiet(const RestMeans& now) const;
+  bool quiet(const StandstillMeans& now) const;
 
   ImuNoise noise_;
   std::size_t cameras_;
@@ -38,15 +38,16 @@ class Standstill {
   InitialiserSettings thresholds_;
   std::vector<ImuSample> samples_;  ///< of the window, and those after the last frame
   Reused<FeatureFrame> frames_;     ///< of the window
-  std::optional<RestMeans> began_;  ///< means of the samples at the beginning of the standstill
-  RestScratch scratch_;
+  std::optional<StandstillMeans>
+      start_;  ///< means of the samples at the beginning of the standstill
+  StandstillScratch scratch_;
 };
 
 /// The two measurements of a zero-velocity update. The pose is still that of the clone at the
 /// beginning of the standstill (5 mm and 1 mrad, because the ground may yield). The velocity is
 /// zero (`velocity_sigma` [m/s]). These sigmas are for one second of standstill; the noise is
 /// scaled to `seconds`, the time since the last frame.
-void zero_velocity_measurements(const State& x, const Clone& began, double seconds,
+void zero_velocity_measurements(const State& x, const Clone& start, double seconds,
                                 double velocity_sigma, std::array<Measurement, 2>& result);
 
 }  // namespace chasles

@@ -23,15 +23,15 @@ struct Scene {
 };
 
 // Begin and end of the detected standstill.
-struct Rest {
+struct DetectedStandstill {
   double begin = -1, end = -1;
   int frames = 0;
 };
 
-Rest watch(const Scene& scene, double seconds) {
+DetectedStandstill watch(const Scene& scene, double seconds) {
   Standstill standstill(kNoise, 1, 1);
   Normal normal(7);
-  Rest rest;
+  DetectedStandstill observed;
   const double root = std::sqrt(kImuRate);
   for (int i = 0; i < seconds * kImuRate; ++i) {
     const double t = i / static_cast<double>(kImuRate);
@@ -48,19 +48,19 @@ Rest watch(const Scene& scene, double seconds) {
            .pixel = Eigen::Vector2d(100 + 10 * k + scene.shift(t), 50 + 7 * k) + noise});
     }
     if (!standstill.detected(frame)) continue;
-    if (rest.frames++ == 0) rest.begin = t;
-    rest.end = t;
+    if (observed.frames++ == 0) observed.begin = t;
+    observed.end = t;
   }
-  return rest;
+  return observed;
 }
 
 constexpr double kBlind = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Standstill, IsSaidAfterHalfASecondAndHolds) {
-  const Rest rest = watch({}, 5);
-  EXPECT_NEAR(rest.begin, 0.5, 0.06);
-  EXPECT_NEAR(rest.end, 5, 0.06);
-  EXPECT_GE(rest.frames, 88);
+  const DetectedStandstill observed = watch({}, 5);
+  EXPECT_NEAR(observed.begin, 0.5, 0.06);
+  EXPECT_NEAR(observed.end, 5, 0.06);
+  EXPECT_GE(observed.frames, 88);
 }
 
 TEST(Standstill, TracksThatMoveSteadilyDenyIt) {

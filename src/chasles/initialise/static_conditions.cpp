@@ -13,7 +13,7 @@ constexpr double kMedianOfRayleigh = 1.1774;  // of the length of a two-dimensio
 constexpr double kFullWindow = 0.95;
 
 void collect_observations(std::span<const FeatureFrame> frames, std::size_t cameras,
-                          RestScratch& s) {
+                          StandstillScratch& s) {
   s.observations.clear();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t half = 2 * i < frames.size() ? 0 : 1;
@@ -28,21 +28,21 @@ void collect_observations(std::span<const FeatureFrame> frames, std::size_t came
                                 .pixel = o.pixel});
     }
   }
-  std::ranges::sort(
-      s.observations, [](const RestScratch::Observation& a, const RestScratch::Observation& b) {
-        return std::tie(a.landmark, a.camera, a.order) < std::tie(b.landmark, b.camera, b.order);
-      });
+  std::ranges::sort(s.observations, [](const StandstillScratch::Observation& a,
+                                       const StandstillScratch::Observation& b) {
+    return std::tie(a.landmark, a.camera, a.order) < std::tie(b.landmark, b.camera, b.order);
+  });
 }
 
 // Displacement of each track between the halves of the window, into the scratch. Returns the median
 // that noise alone would cause [px].
 double find_displacements(std::span<const FeatureFrame> frames, std::size_t cameras,
-                          double pixel_sigma, RestScratch& s) {
+                          double pixel_sigma, StandstillScratch& s) {
   collect_observations(frames, cameras, s);
   s.pixels.clear();
   double variance = 0;
   for (auto each = s.observations.begin(); each != s.observations.end();) {
-    const RestScratch::Observation& first = *each;
+    const StandstillScratch::Observation& first = *each;
     Eigen::Vector2d sum[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
     int count[2] = {0, 0};
     for (; each != s.observations.end() && each->landmark == first.landmark &&
@@ -74,20 +74,20 @@ const std::vector<Requirement>& static_conditions(std::span<const ImuSample> sam
                                                   std::span<const FeatureFrame> frames,
                                                   std::size_t cameras, const ImuNoise& noise,
                                                   double pixel_sigma, const InitialiserSettings& s,
-                                                  RestScratch& scratch) {
+                                                  StandstillScratch& scratch) {
   std::vector<Requirement>& requirements = scratch.requirements;
   requirements.clear();
-  const double seconds = samples.size() < 2 ? 0 : rest_means(samples, noise).seconds;
+  const double seconds = samples.size() < 2 ? 0 : standstill_means(samples, noise).seconds;
   requirements.push_back(at_least("window", seconds, kFullWindow * s.static_window, "s"));
   if (!all_met(requirements)) return requirements;
-  const RestMeans means = rest_means(samples, noise);
-  requirements.push_back(at_most("gyroscope deviation", means.gyroscope_deviation,
+  const StandstillMeans means = standstill_means(samples, noise);
+  requirements.push_back(at_most("gyroscope standard deviation", means.gyroscope_sigma,
                                  s.static_noise_factor * means.gyroscope_expected, "rad/s"));
-  requirements.push_back(at_most("accelerometer deviation", means.accelerometer_deviation,
+  requirements.push_back(at_most("accelerometer standard deviation", means.accelerometer_sigma,
                                  s.static_noise_factor * means.accelerometer_expected, "m/s^2"));
   requirements.push_back(at_most("mean angular rate", means.angular_rate_imu.norm(),
                                  kBiasReach * s.gyroscope_bias_sigma, "rad/s"));
-  requirements.push_back(at_most("deviation of gravity's magnitude",
+  requirements.push_back(at_most("difference of gravity's magnitude",
                                  std::abs(means.specific_force_imu.norm() - s.gravity),
                                  kBiasReach * s.accelerometer_bias_sigma, "m/s^2"));
   if (!all_met(requirements)) return requirements;

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/estimate/requirement.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
-#include <chasles/estimate/requirement.hpp>
 
 namespace chasles {
 
@@ -15,7 +15,7 @@ namespace chasles {
 constexpr const char* kTracks = "tracks";
 
 /// Temporary memory of static_conditions, and its result.
-struct RestScratch {
+struct StandstillScratch {
   /// One observation of a track, in one half of the window.
   struct Observation {
     LandmarkId landmark = 0;
@@ -39,6 +39,6 @@ const std::vector<Requirement>& static_conditions(std::span<const ImuSample> sam
                                                   std::size_t cameras, const ImuNoise& noise,
                                                   double pixel_sigma,
                                                   const InitialiserSettings& settings,
-                                                  RestScratch& scratch);
+                                                  StandstillScratch& scratch);
 
 }  // namespace chasles

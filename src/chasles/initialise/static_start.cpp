@@ -1,16 +1,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include <chasles/initialise/static_start.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/initialise/static_start.hpp>
 
 namespace chasles {
 namespace {
 
 // Variance of the mean of white noise over the window; at least that of the stated noise.
-double variance_of_mean(double density, double deviation, double expected, double seconds) {
-  const double excess = expected > 0 ? std::max(1.0, deviation / expected) : 1;
+double variance_of_mean(double density, double sigma, double expected, double seconds) {
+  const double excess = expected > 0 ? std::max(1.0, sigma / expected) : 1;
   return std::pow(density * excess, 2) / seconds;
 }
 
@@ -35,8 +35,8 @@ TiltAndBias tilt_and_bias(double force, double gravity, double noise_variance, d
 
 }  // namespace
 
-RestMeans rest_means(std::span<const ImuSample> samples, const ImuNoise& noise) {
-  RestMeans means;
+StandstillMeans standstill_means(std::span<const ImuSample> samples, const ImuNoise& noise) {
+  StandstillMeans means;
   const auto n = static_cast<double>(samples.size());
   means.seconds = to_seconds(samples.back().time - samples.front().time) * n / (n - 1);
   for (const ImuSample& s : samples) {
@@ -48,21 +48,21 @@ RestMeans rest_means(std::span<const ImuSample> samples, const ImuNoise& noise) 
     force += (s.specific_force_imu - means.specific_force_imu).squaredNorm();
     rate += (s.angular_rate_imu - means.angular_rate_imu).squaredNorm();
   }
-  means.accelerometer_deviation = std::sqrt(force / (3 * (n - 1)));
-  means.gyroscope_deviation = std::sqrt(rate / (3 * (n - 1)));
+  means.accelerometer_sigma = std::sqrt(force / (3 * (n - 1)));
+  means.gyroscope_sigma = std::sqrt(rate / (3 * (n - 1)));
   const double root_rate = std::sqrt(n / means.seconds);
   means.accelerometer_expected = noise.accelerometer_noise_density * root_rate;
   means.gyroscope_expected = noise.gyroscope_noise_density * root_rate;
   return means;
 }
 
-InertialStart static_start(Time end, const RestMeans& means, const ImuNoise& noise,
+InertialStart static_start(Time end, const StandstillMeans& means, const ImuNoise& noise,
                            const InitialiserSettings& settings) {
   const double force_variance =
-      variance_of_mean(noise.accelerometer_noise_density, means.accelerometer_deviation,
+      variance_of_mean(noise.accelerometer_noise_density, means.accelerometer_sigma,
                        means.accelerometer_expected, means.seconds);
   const double rate_variance =
-      variance_of_mean(noise.gyroscope_noise_density, means.gyroscope_deviation,
+      variance_of_mean(noise.gyroscope_noise_density, means.gyroscope_sigma,
                        means.gyroscope_expected, means.seconds);
   const Eigen::Matrix3d nav_R_imu =
       so3::between(means.specific_force_imu, Eigen::Vector3d::UnitZ());

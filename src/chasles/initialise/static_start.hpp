@@ -9,17 +9,17 @@
 namespace chasles {
 
 /// Statistics of a window of samples, for a static initialisation.
-struct RestMeans {
+struct StandstillMeans {
   double seconds = 0;                                            ///< length of the window
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< mean [m/s^2]
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< mean [rad/s]
-  double accelerometer_deviation = 0, gyroscope_deviation = 0;   ///< rms of one axis about the mean
+  double accelerometer_sigma = 0, gyroscope_sigma = 0;           ///< rms of one axis about the mean
   double accelerometer_expected = 0, gyroscope_expected = 0;     ///< from the stated noise
 };
 
 /// Means and standard deviations of at least two samples. The expected standard deviation is
 /// density * sqrt(rate).
-RestMeans rest_means(std::span<const ImuSample> samples, const ImuNoise& noise);
+StandstillMeans standstill_means(std::span<const ImuSample> samples, const ImuNoise& noise);
 
 /// The static initialisation. Gravity comes from the mean specific force, the gyroscope bias from
 /// the mean rate. The velocity is 0, the heading 0 (the shortest rotation that takes the force to
@@ -28,7 +28,7 @@ RestMeans rest_means(std::span<const ImuSample> samples, const ImuNoise& noise);
 /// not separable from tilt (theta = z x (b_a + n) / g); the norm of f determines the bias along
 /// gravity. The white noise is the larger of the stated and the measured one. The window is used
 /// up: the filter starts at its end.
-InertialStart static_start(Time end, const RestMeans& means, const ImuNoise& noise,
+InertialStart static_start(Time end, const StandstillMeans& means, const ImuNoise& noise,
                            const InitialiserSettings& settings);
 
 }  // namespace chasles

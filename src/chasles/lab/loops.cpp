@@ -8,11 +8,11 @@
 #include <Eigen/Geometry>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/velocity/body_velocity_model.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
-#include <chasles/base/processor_time.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 namespace chasles {
 namespace {
@@ -79,8 +79,8 @@ Measurement measure_point(const State& x, int index, const Vector3d& z, const Ve
 }
 
 // `p_pose` is the position of the pose at which the derivative is taken.
-NewLandmark begin_point(const State& x, LandmarkId id, const Vector3d& z, const Vector3d& sigma,
-                        const Vector3d& p_pose) {
+NewLandmark initialise_point(const State& x, LandmarkId id, const Vector3d& z,
+                             const Vector3d& sigma, const Vector3d& p_pose) {
   NewLandmark result;
   result.id = id;
   result.p_world = x.world_T_imu * z;
@@ -130,7 +130,7 @@ class Loops {
   }
 
   // New landmarks are initialised at the updated pose.
-  UpdateReport look(int step) {
+  UpdateReport observe(int step) {
     std::vector<Measurement> known;
     std::vector<PointMeasurement> fresh;
     const std::vector<PointMeasurement> seen = measurements(step);
@@ -146,7 +146,7 @@ class Loops {
       }
     }
     const UpdateReport report = filter_.update(known);
-    begin(fresh);
+    initialise(fresh);
     if (!s_.retire) return report;
     retire(seen);
     filter_.remember_pose(std::chrono::seconds(step));
@@ -190,10 +190,10 @@ class Loops {
   void revive(const std::vector<PointMeasurement>& seen) {
     std::vector<int> numbers;
     for (const PointMeasurement& one : seen) {
-      const auto known = dormant_.find(one.id);
-      if (known == dormant_.end()) continue;
+      const auto known = inactive_.find(one.id);
+      if (known == inactive_.end()) continue;
       numbers.push_back(known->second);
-      dormant_.erase(known);
+      inactive_.erase(known);
     }
     std::ranges::sort(numbers);
     filter_.revive(numbers);
@@ -206,18 +206,18 @@ class Loops {
       const LandmarkId id = landmarks[i].id;
       if (std::ranges::find(seen, id, &PointMeasurement::id) != seen.end()) continue;
       gone.push_back(static_cast<int>(i));
-      dormant_[id] = filter_.past().states() + static_cast<int>(gone.size()) - 1;
+      inactive_[id] = filter_.past().states() + static_cast<int>(gone.size()) - 1;
     }
     filter_.retire(gone);
   }
 
-  void begin(const std::vector<PointMeasurement>& fresh) {
+  void initialise(const std::vector<PointMeasurement>& fresh) {
     const State& x = filter_.state();
     const bool first = linearisation_ == Linearisation::kFirstEstimates;
     std::vector<NewLandmark> landmarks;
     for (const PointMeasurement& one : fresh) {
       landmarks.push_back(
-          begin_point(x, one.id, one.z, one.sigma, first ? p_predicted_ : x.world_T_imu.p));
+          initialise_point(x, one.id, one.z, one.sigma, first ? p_predicted_ : x.world_T_imu.p));
     }
     filter_.add(landmarks);
   }
@@ -232,8 +232,8 @@ class Loops {
   Random random_;
   std::vector<Vector3d> points_;
   Ekf filter_;
-  Vector3d p_predicted_;               // of the pose, before the update
-  std::map<LandmarkId, int> dormant_;  // numbers of past landmarks
+  Vector3d p_predicted_;                // of the pose, before the update
+  std::map<LandmarkId, int> inactive_;  // numbers of past landmarks
 };
 
 }  // namespace
@@ -263,7 +263,7 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
   Trial trial{.filter = filter.name, .run = run};
   for (int step = 0; step <= settings.steps && !trial.diverged; ++step) {
     if (step > 0) loops.move(step);
-    const UpdateReport report = loops.look(step);
+    const UpdateReport report = loops.observe(step);
     TrialPoint point =
         pose_point(step, true_pose(settings, step), loops.filter().state().world_T_imu,
                    loops.filter().core_covariance().topLeftCorner<6, 6>(), coordinates);

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/lab/loops_settings.hpp>
 #include <chasles/lab/trial.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <chasles/lab/loops_settings.hpp>
-#include <chasles/sim/refuse_setting.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/lab/loops_settings.hpp>
+#include <chasles/sim/reject_setting.hpp>
 
 namespace chasles {
 namespace {
@@ -15,7 +15,7 @@ constexpr int kLeastStepsOfLoop = 4;
 void validate(const LoopsSettings& settings) {
   validate_fields(settings, kSimulationSetting);
   if (kLeastStepsOfLoop * settings.loops > settings.steps) {
-    refuse_setting(
+    reject_setting(
         "loops", fmt::format("{}", settings.loops),
         fmt::format("at least {} steps a loop, so at most {} in {} steps", kLeastStepsOfLoop,
                     settings.steps / kLeastStepsOfLoop, settings.steps));

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/settings_testing.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lab/loops.hpp>
-#include <chasles/base/settings_testing.hpp>
 
 namespace chasles {
 namespace {
@@ -140,21 +140,21 @@ TEST(Loops, TheTrialHasTheEstimateAtTheTimesOfTheTruth) {
   EXPECT_LE(static_cast<std::size_t>(trial.landmarks), loops_landmarks(settings).size());
 }
 
-TEST(LoopsSettings, RefuseWhatCannotBeDriven) {
-  const auto refused = [](auto change) {
+TEST(LoopsSettings, RejectWhatCannotBeDriven) {
+  const auto rejected = [](auto change) {
     LoopsSettings settings;
     change(settings);
     EXPECT_THROW(validate(settings), UsageError);
     EXPECT_THROW(run_loops(settings, filter("standard"), 0), UsageError);
   };
   test::expect_each_field_is_described<LoopsSettings>();
-  refused([](LoopsSettings& s) { s.steps = 0; });
-  refused([](LoopsSettings& s) { s.loops = s.steps; });
-  refused([](LoopsSettings& s) { s.landmarks = -1; });
-  refused([](LoopsSettings& s) { s.radius = 0; });
-  refused([](LoopsSettings& s) { s.range = std::nan(""); });
-  refused([](LoopsSettings& s) { s.sigma = 1e9; });
-  refused([](LoopsSettings& s) { s.field_of_view = -1; });
+  rejected([](LoopsSettings& s) { s.steps = 0; });
+  rejected([](LoopsSettings& s) { s.loops = s.steps; });
+  rejected([](LoopsSettings& s) { s.landmarks = -1; });
+  rejected([](LoopsSettings& s) { s.radius = 0; });
+  rejected([](LoopsSettings& s) { s.range = std::nan(""); });
+  rejected([](LoopsSettings& s) { s.sigma = 1e9; });
+  rejected([](LoopsSettings& s) { s.field_of_view = -1; });
 }
 
 TEST(LoopsSettings, TheExtremesThatPassCanBeRun) {

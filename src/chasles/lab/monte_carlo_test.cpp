@@ -67,7 +67,7 @@ TEST(Summarize, LeavesNaNOut) {
   EXPECT_DOUBLE_EQ(s.mean.nees_pose, 12);
 }
 
-TEST(Summarize, TellsHowManySecondsAreInsideTheBand) {
+TEST(Summarize, ShowsHowManySecondsAreInsideTheBand) {
   // Two runs: the mean of a chi-square variable of 6 degrees lies in 2.2 .. 11.7.
   const FilterSummary s =
       summary_of({record(0, 1, 6, {kNaN, 6, 30, 1}), record(1, 1, 6, {kNaN, 4, 10, 1, 7})});
@@ -164,7 +164,7 @@ TEST(MonteCarlo, GivesTheSameNumbersForAnyNumberOfWorkers) {
   EXPECT_NE(one.at(0)[0].averages.position_error, one.at(2)[0].averages.position_error);
 }
 
-TEST(MonteCarlo, RefusesASceneThatCannotBeSimulated) {
+TEST(MonteCarlo, RejectsASceneThatCannotBeSimulated) {
   MonteCarloPlan plan = small_plan();
   plan.scene.settings.radial_sway = 1e3;
   for (const int workers : {1, 2}) {

@@ -5,14 +5,14 @@
 
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/base/interruption.hpp>
+#include <chasles/base/overloaded.hpp>
+#include <chasles/base/processor_time.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/base/interruption.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
-#include <chasles/base/overloaded.hpp>
-#include <chasles/base/processor_time.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {

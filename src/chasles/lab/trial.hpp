@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/truth.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 namespace chasles {

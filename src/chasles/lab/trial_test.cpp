@@ -147,17 +147,17 @@ TEST(Trial, EndsWhereItDiverges) {
   EXPECT_EQ(trial.points.size(), 101u);
 }
 
-TEST(Trial, RefusesWhatLacksSomething) {
+TEST(Trial, RejectsWhatLacksSomething) {
   const Recording whole = short_hallway();
-  const auto refused = [&](auto change) {
+  const auto rejected = [&](auto change) {
     Recording recording = whole;
     change(recording);
     EXPECT_THROW(run(recording), InputError);
   };
-  refused([](Recording& r) { r.truth.clear(); });
-  refused([](Recording& r) { r.frames.clear(); });
-  refused([](Recording& r) { r.imu.clear(); });
-  refused([](Recording& r) { r.cameras.clear(); });
+  rejected([](Recording& r) { r.truth.clear(); });
+  rejected([](Recording& r) { r.frames.clear(); });
+  rejected([](Recording& r) { r.imu.clear(); });
+  rejected([](Recording& r) { r.cameras.clear(); });
 }
 
 }  // namespace

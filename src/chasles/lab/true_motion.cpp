@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/constants.hpp>
-#include <chasles/recording/gravity.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/gravity.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/smooth/batch/pose_fusion.hpp>
 

@@ -151,7 +151,7 @@ class Pool {
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
-  static constexpr int kBetweenLooks = 100;  // for an interruption [ms]
+  static constexpr int kBetweenPolls = 100;  // for an interruption [ms]
 
   template <typename Done>
   void collect(const Done& done) {
@@ -162,7 +162,7 @@ class Pool {
       }
       if (waiting.empty()) return;
       interruption_point();
-      if (poll(waiting.data(), waiting.size(), kBetweenLooks) < 0) {
+      if (poll(waiting.data(), waiting.size(), kBetweenPolls) < 0) {
         if (errno == EINTR) continue;
         fail("no news of the workers");
       }

@@ -4,9 +4,9 @@
 
 #include <Eigen/Geometry>
 
+#include <chasles/base/median.hpp>
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

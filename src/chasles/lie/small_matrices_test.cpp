@@ -59,7 +59,7 @@ TEST(SmallMatrices, OnlyTheLowerTriangleOfASymmetricOneIsRead) {
   EXPECT_EQ(symmetric_eigen(lower).values, symmetric_eigen(A).values);
 }
 
-TEST(SmallMatrices, WhatASingularOneDoesNotTellIsZero) {
+TEST(SmallMatrices, WhatASingularOneDoesNotDetermineIsZero) {
   const Eigen::Vector3d diagonal(4, 0, 2);
   const Eigen::Matrix3d A = diagonal.asDiagonal();
   EXPECT_EQ(solve_symmetric(A, Eigen::Vector3d(1, 1, 1)), Eigen::Vector3d(0.25, 0, 0.5));
@@ -77,7 +77,7 @@ TEST(SmallMatrices, NotANumberStaysOne) {
   EXPECT_TRUE(eigen.values.array().isNaN().all() && eigen.vectors.array().isNaN().all());
 }
 
-TEST(SmallMatrices, RefuseMoreThanTheirRows) {
+TEST(SmallMatrices, RejectMoreThanTheirRows) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(kMostSmallRows + 1, kMostSmallRows + 1);
   Eigen::MatrixXd X = A;
   EXPECT_THROW(small::solve_symmetric(A, X), std::invalid_argument);

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include <chasles/lie/se3.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 

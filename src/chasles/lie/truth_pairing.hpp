@@ -3,8 +3,8 @@
 #include <array>
 #include <optional>
 
-#include <chasles/lie/trajectory.hpp>
 #include <chasles/base/settings.hpp>
+#include <chasles/lie/trajectory.hpp>
 
 namespace chasles {
 

@@ -26,17 +26,17 @@ class GrowingComparison {
   void extend(const std::vector<RunState>& states);
 
   /// Whether a state has been matched with a true pose.
-  bool begun() const { return world_T_truth_.has_value(); }
+  bool started() const { return world_T_truth_.has_value(); }
   const Trajectory& truth() const { return truth_; }
 
   /// The true pose of a state in the run's world; none where none was matched.
   const std::optional<SE3>& truth_of(std::size_t state) const { return placed_[state]; }
-  /// Places the truth in the run's world. Presumes begun().
+  /// Places the truth in the run's world. Presumes started().
   const SE3& world_T_truth() const { return *world_T_truth_; }
   /// Number of states that were compared.
   std::size_t size() const { return error_.size(); }
 
-  /// The comparison of these states, in the given order. Presumes begun().
+  /// The comparison of these states, in the given order. Presumes started().
   AgainstTruth of(const std::vector<std::size_t>& states) const;
 
  private:

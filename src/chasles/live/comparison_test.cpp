@@ -16,7 +16,7 @@ TEST(GrowingComparison, StatesThatAreNotFiniteLeaveThatOfTheOthers) {
   }
   GrowingComparison growing(run.truth, run.pairing, PoseError::kStandard, false);
   growing.extend(run.states);
-  ASSERT_TRUE(growing.begun());
+  ASSERT_TRUE(growing.started());
   std::vector<std::size_t> all(run.states.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   const AgainstTruth live = growing.of(all), whole = against_truth(run);

@@ -54,7 +54,7 @@ struct Shared {
   LiveServerOptions options;
   Gate gate;
   LiveService* service = nullptr;
-  std::unordered_set<class Connection*> served = {}, refused = {};
+  std::unordered_set<class Connection*> served = {}, rejected = {};
 };
 
 class Connection : public std::enable_shared_from_this<Connection> {
@@ -65,7 +65,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Connection& operator=(const Connection&) = delete;
   ~Connection() {
     shared_.served.erase(this);
-    shared_.refused.erase(this);
+    shared_.rejected.erase(this);
   }
 
   void serve() {
@@ -81,8 +81,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
         });
   }
 
-  void refuse() {
-    shared_.refused.insert(this);
+  void reject() {
+    shared_.rejected.insert(this);
     answer("503 Service Unavailable", "text/plain", "too many viewers\n");
   }
 

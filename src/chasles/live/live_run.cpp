@@ -24,7 +24,7 @@ LiveRun::LiveRun(std::function<void()> stop) : id_(random_token()), stop_(std::m
 }
 
 void LiveRun::begin(LiveStart start) {
-  began_ = Clock::now();
+  start_time_ = Clock::now();
   reported_.of = start.frames;
   if (start.summary.empty()) start.summary = "{}";
   const std::lock_guard lock(mutex_);
@@ -52,7 +52,7 @@ void LiveRun::report_progress(LiveStage stage) {
 
 void LiveRun::reach(LiveStage stage) {
   reported_.stage = stage;
-  reported_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+  reported_.wall_seconds = std::chrono::duration<double>(Clock::now() - start_time_).count();
 }
 
 void LiveRun::map(const std::function<LiveMap()>& make) {
@@ -128,7 +128,7 @@ LiveText LiveRun::next(LiveCursor& cursor) {
   then.rows = std::min(run_.states.size(), cursor.rows + kMostRows);
   const bool up_to_date = then.rows == run_.states.size() && then.rows > 0;
   if (up_to_date) then.landmarks = landmarks_version_;
-  if (then.rows > 0) then.truth = comparison_.begun();
+  if (then.rows > 0) then.truth = comparison_.started();
   if (up_to_date) then.prior_map = run_.prior_map.has_value();
   if (!has_news(cursor, then)) return nullptr;
   LiveText text = rows_text(cursor, then);

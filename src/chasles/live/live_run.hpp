@@ -107,7 +107,7 @@ class LiveRun final : public LiveFeed {
 
   // Used by the run's thread only.
   LiveProgress reported_;
-  Clock::time_point began_ = Clock::now();
+  Clock::time_point start_time_ = Clock::now();
   Pace maps_ = map_pace();
 
   std::atomic<bool> watched_ = false;

@@ -158,7 +158,7 @@ TEST(LiveRun, WhoeverJoinsLateOrAgainGetsWhatIsMissing) {
   EXPECT_EQ(liar.states["x"].size(), 6001U);
 }
 
-TEST(LiveRun, LandmarksAreAskedForOnlyWhereSomebodyLooksAndOnceInASecond) {
+TEST(LiveRun, LandmarksAreAskedForOnlyWhereAViewerIsAndOnceInASecond) {
   const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 20});
   LiveRun run([] {});
   int asked = 0;

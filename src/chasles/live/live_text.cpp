@@ -54,7 +54,7 @@ ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
   if (rows.landmarks > 0) out.run.landmarks = run.landmarks;
   if (rows.landmarks > 0 || rows.prior_map) out.run.prior_map = run.prior_map;
   if (rows.from == 0) out.run.dead_reckoning = run.dead_reckoning;
-  if (comparison.begun()) {
+  if (comparison.started()) {
     out.run.truth = rows.truth ? comparison.truth() : Trajectory{comparison.truth().front()};
   }
   return out;
@@ -66,7 +66,7 @@ std::string rows_text(const Run& run, const LiveSummary& summary,
                       const GrowingComparison& comparison, const LiveRows& rows,
                       const LiveProgress& progress) {
   const std::vector<std::size_t> states = states_of(rows);
-  const AgainstTruth errors = comparison.begun() ? comparison.of(states) : AgainstTruth{};
+  const AgainstTruth errors = comparison.started() ? comparison.of(states) : AgainstTruth{};
   const Json known = rows.from == 0 ? Json::parse(summary.before) : Json::object();
   Json data = run_data(piece(run, states, comparison, rows), known, errors);
   if (rows.from > 0) data.erase("summary");

@@ -104,10 +104,10 @@ class LiveServer::Impl {
 
   void take(tcp::socket socket) {
     const bool full = shared_.served.size() >= shared_.options.connections;
-    if (full && shared_.refused.size() >= shared_.options.connections)
+    if (full && shared_.rejected.size() >= shared_.options.connections)
       return;  // closed immediately
     const auto connection = std::make_shared<Connection>(shared_, std::move(socket));
-    full ? connection->refuse() : connection->serve();
+    full ? connection->reject() : connection->serve();
   }
 
   void tick() {
@@ -120,7 +120,7 @@ class LiveServer::Impl {
       connection->expect_to_join();
       busy = busy || connection->writing();
     }
-    if (closing_) end_when_told(busy);
+    if (closing_) end_on_request(busy);
     timer_.expires_after(closing_ ? kClosingTick : shared_.options.between_updates);
     timer_.async_wait([this](Failure failure) {
       if (!failure) tick();
@@ -135,7 +135,7 @@ class LiveServer::Impl {
     for (const auto& connection : held()) connection->hang_up();
   }
 
-  void end_when_told(bool busy) {
+  void end_on_request(bool busy) {
     const auto now = Clock::now();
     if (busy && now < *closing_) return;
     if (!farewell_) {
@@ -162,7 +162,7 @@ class LiveServer::Impl {
   std::thread thread_;
 };
 
-// The system's refusals of what the server needs besides a port: descriptors.
+// The system's denials of what the server needs besides a port: descriptors.
 std::unique_ptr<LiveServer::Impl> LiveServer::started(const LiveServerOptions& options,
                                                       LiveService& service) {
   try {

@@ -77,7 +77,7 @@ TEST(LiveServer, OtherAddressesNeedTheToken) {
   EXPECT_TRUE(client.answer_head().starts_with("HTTP/1.1 101 "));
 }
 
-TEST(LiveServer, RefusesAnAddressThatIsNoneAndAPortThatIsTaken) {
+TEST(LiveServer, RejectsAnAddressThatIsNoneAndAPortThatIsTaken) {
   Served served;
   Counter feed;
   LiveServerOptions options;
@@ -169,7 +169,7 @@ TEST(LiveServer, WhoeverDoesNotJoinIsPutOut) {
   EXPECT_EQ(frame->close_code(), 1008);
 }
 
-TEST(LiveServer, AThousandConnectionsAreServedOrRefused) {
+TEST(LiveServer, AThousandConnectionsAreServedOrRejected) {
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
   files.rlim_cur = std::min<rlim_t>(files.rlim_max, 4096);
@@ -183,16 +183,16 @@ TEST(LiveServer, AThousandConnectionsAreServedOrRefused) {
     ASSERT_TRUE(crowd.back().connected()) << i;
     crowd.back().send(get(served.port, "/live", kUpgrade));
   }
-  int served_too = 0, refused = 0, closed = 0;
+  int served_too = 0, rejected = 0, closed = 0;
   for (Client& client : crowd) {
     const std::string head = client.answer_head();
     served_too += head.starts_with("HTTP/1.1 101 ");
-    refused += head.starts_with("HTTP/1.1 503 ");
+    rejected += head.starts_with("HTTP/1.1 503 ");
     closed += head.empty();
   }
   EXPECT_EQ(served_too, 63);
-  EXPECT_EQ(served_too + refused + closed, 1000);
-  EXPECT_GT(refused, 0);
+  EXPECT_EQ(served_too + rejected + closed, 1000);
+  EXPECT_GT(rejected, 0);
   // Existing viewers are not affected, and new ones are accepted after the others have gone.
   served.feed.value = 2;
   EXPECT_EQ(first.frame()->text, "2");

@@ -33,7 +33,7 @@ TEST(LiveServer, ServesThePageWithHeadersThatGuardIt) {
   EXPECT_EQ(client.rest(), "<p>the page</p>");
 }
 
-TEST(LiveServer, AViewerIsToldTheLatestAndMayStopTheRun) {
+TEST(LiveServer, AViewerIsReportedTheLatestAndMayStopTheRun) {
   Served served;
   Client client = viewer(served.port);
   EXPECT_EQ(client.frame()->text, "1");
@@ -103,7 +103,7 @@ TEST(LiveServer, ASlowViewerLosesTextsAndNobodyElseDoes) {
   EXPECT_LT(received.size(), 20U);
 }
 
-TEST(LiveServer, TheEndIsToldToWhoeverListensAndWaitsForNobodyElse) {
+TEST(LiveServer, TheEndIsReportedToWhoeverListensAndWaitsForNobodyElse) {
   const auto served = std::make_unique<Served>(Served::quick(), 1 << 22);
   Client quick = viewer(served->port), deaf = viewer(served->port, 4096);
   EXPECT_TRUE(quick.frame()->text.starts_with("1."));

@@ -15,7 +15,9 @@ class Client {
   /// `room`: size of the receive buffer [bytes]; 0: the system's default.
   explicit Client(std::uint16_t port, int room = 0);
   Client(Client&& other) noexcept
-      : socket_(other.socket_), unread_(std::move(other.unread_)), begun_(std::move(other.begun_)) {
+      : socket_(other.socket_),
+        unread_(std::move(other.unread_)),
+        started_(std::move(other.started_)) {
     other.socket_ = -1;
   }
   Client(const Client&) = delete;
@@ -47,7 +49,7 @@ class Client {
 
   int socket_ = -1;
   std::string unread_;
-  Frame begun_;
+  Frame started_;
 };
 
 /// "GET TARGET HTTP/1.1" with a Host and further headers, each with its line end.

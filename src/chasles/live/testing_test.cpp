@@ -90,9 +90,9 @@ std::optional<Client::Frame> Client::frame() {
   bool end = false;
   while (const std::optional<Frame> next = piece(end)) {
     if (next->opcode >= 8) return next;
-    if (next->opcode != 0) begun_.opcode = next->opcode;
-    begun_.text += next->text;
-    if (end) return std::exchange(begun_, {});
+    if (next->opcode != 0) started_.opcode = next->opcode;
+    started_.text += next->text;
+    if (end) return std::exchange(started_, {});
   }
   return std::nullopt;
 }

@@ -73,7 +73,7 @@ Appearance Appearance::turned(const Matrix3d& new_R_old) const {
   return result;
 }
 
-bool Appearance::may_look_like(const PatchView& view) const {
+bool Appearance::may_match(const PatchView& view) const {
   return std::ranges::any_of(views_, [&](const PatchView& v) {
     return v.from.dot(view.from) > kComparable &&
            std::abs(v.level - view.level) < PatchView::kLevels;

@@ -57,7 +57,7 @@ class Appearance {
   /// The smallest distance of a view from a similar direction; none if there is none.
   std::optional<int> distance(const PatchView& view) const;
   /// Whether the point has been seen from about there: a view of this direction and level.
-  bool may_look_like(const PatchView& view) const;
+  bool may_match(const PatchView& view) const;
 
  private:
   std::vector<PatchView> views_;

@@ -91,9 +91,9 @@ TEST(Appearance, ComparesDescriptorsOfOneSize) {
   EXPECT_EQ(appearance.distance(view(front, 5, 7)), 0);
   EXPECT_EQ(appearance.distance(view({0.5, 0.2, 0}, 4, 7)), 0);
   EXPECT_EQ(appearance.distance(view({-1, 0, 0}, 4, 7)), std::nullopt) << "from behind";
-  EXPECT_TRUE(appearance.may_look_like(view({1, 0.3, 0}, 2, 0)));
-  EXPECT_FALSE(appearance.may_look_like(view({1, 0.3, 0}, 1, 0)));
-  EXPECT_FALSE(appearance.may_look_like(view({0, 1, 0}, 4, 0)));
+  EXPECT_TRUE(appearance.may_match(view({1, 0.3, 0}, 2, 0)));
+  EXPECT_FALSE(appearance.may_match(view({1, 0.3, 0}, 1, 0)));
+  EXPECT_FALSE(appearance.may_match(view({0, 1, 0}, 4, 0)));
 }
 
 TEST(Appearance, KeepsFewViewsThatDiffer) {

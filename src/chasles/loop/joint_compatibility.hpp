@@ -33,7 +33,7 @@ JointMatches jointly_compatible(const std::vector<ProposedMatch>& proposed,
 double joint_square(const std::vector<int>& matches, const Eigen::VectorXd& r,
                     const Eigen::MatrixXd& S, double noise);
 
-/// Matches that tell much, in the order of choice, and the information of all of them [nat].
+/// Matches that determine much, in the order of choice, and the information of all of them [nat].
 struct Informative {
   std::vector<int> matches;
   double nats = 0;

@@ -15,8 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Innovations that depend on a pose that is uncertain by 30 px, with 1 px of noise.
-struct Scene {
-  explicit Scene(int matches, std::uint64_t seed) : random(seed) {
+struct MatchScene {
+  explicit MatchScene(int matches, std::uint64_t seed) : random(seed) {
     MatrixXd H(2 * matches, 3);
     for (double& h : H.reshaped()) h = random.normal();
     for (Index i = 0; i < matches; ++i) H.block<2, 2>(2 * i, 0).setIdentity();
@@ -36,7 +36,7 @@ struct Scene {
 TEST(JointCompatibility, FindsTheMatchesThatAgree) {
   int missed = 0, wrong = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    Scene scene(16, seed);
+    MatchScene scene(16, seed);
     for (int i = 8; i < 16; ++i) scene.make_wrong(i);
     const JointMatches found = jointly_compatible(scene.proposed, scene.r, scene.S, 0.99);
     std::set<int> matches(found.matches.begin(), found.matches.end());
@@ -50,21 +50,21 @@ TEST(JointCompatibility, FindsTheMatchesThatAgree) {
 }
 
 TEST(JointCompatibility, TheSquareIsThatOfAllMatchesTogether) {
-  const Scene scene(5, 1);
+  const MatchScene scene(5, 1);
   const JointMatches found = jointly_compatible(scene.proposed, scene.r, scene.S, 0.999);
   ASSERT_EQ(found.matches.size(), 5u);
   EXPECT_NEAR(found.square, scene.r.dot(scene.S.ldlt().solve(scene.r)), 1e-6);
 }
 
 TEST(JointCompatibility, TheSquareOfSomeMatchesLeavesTheOthersOut) {
-  const Scene scene(5, 1);
+  const MatchScene scene(5, 1);
   const Eigen::Matrix4d S = scene.S.bottomRightCorner<4, 4>() + 2 * Eigen::Matrix4d::Identity();
   const Eigen::Vector4d r = scene.r.tail<4>();
   EXPECT_NEAR(joint_square({3, 4}, scene.r, scene.S, 2), r.dot(S.ldlt().solve(r)), 1e-6);
 }
 
 TEST(JointCompatibility, AnObservationOrALandmarkIsMatchedOnce) {
-  Scene scene(4, 2);
+  MatchScene scene(4, 2);
   scene.proposed[1].landmark = 0;
   scene.proposed[3].observation = 2;
   const JointMatches found = jointly_compatible(scene.proposed, scene.r, scene.S, 0.999);
@@ -73,7 +73,7 @@ TEST(JointCompatibility, AnObservationOrALandmarkIsMatchedOnce) {
 
 // Two halves agree, each within itself: the pose decides for none of them.
 TEST(JointCompatibility, CountsAnotherSetThatAgreesAsWell) {
-  Scene scene(12, 3);
+  MatchScene scene(12, 3);
   scene.S = MatrixXd::Identity(24, 24) + 900 * MatrixXd::Identity(2, 2).replicate(12, 12);
   scene.r = scene.random.normal_vector(24);
   scene.r.tail(12).array() += 20;

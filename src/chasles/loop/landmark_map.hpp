@@ -6,12 +6,12 @@
 
 #include <Eigen/Core>
 
+#include <chasles/base/time.hpp>
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/filter/past/past.hpp>
-#include <chasles/loop/joint_covariance.hpp>
 #include <chasles/loop/appearance.hpp>
-#include <chasles/base/time.hpp>
+#include <chasles/loop/joint_covariance.hpp>
 
 namespace chasles {
 

@@ -52,7 +52,8 @@ struct LoopReturn {
 /// Closes loops (docs/recognition.md): landmarks that leave the state are kept by their ids or
 /// their appearance, and return into it where they are recognised. It also finds the place of the
 /// run in a map of an earlier one, and knows what a later run can recognise.
-/// The steps of a frame are search(), close() and, at its end, note_leaving() and forget_rest().
+/// The steps of a frame are search(), close() and, at its end, note_leaving() and
+/// marginalise_others().
 class LoopCloser {
  public:
   /// `prior`: a map in which the run looks for its place, with Recognise::kAppearance.
@@ -90,8 +91,8 @@ class LoopCloser {
   /// no point, or has become another.
   void note_leaving(std::span<const int> leaving, const Ekf& filter, const LandmarkRecords& records,
                     Time now);
-  /// After they have left: those that do not return are forgotten by the filter.
-  void forget_rest(Ekf& filter);
+  /// After they have left: those that do not return are discarded by the filter.
+  void marginalise_others(Ekf& filter);
 
   /// Of the last return, and of the last frame: the landmarks that left because the gate had
   /// rejected them too often.

@@ -104,7 +104,7 @@ std::vector<LoopCandidate> similar_landmarks(std::span<const Camera> cameras, co
   for (auto& [id, landmark] : past) {
     const auto expected = view_patches(camera, nav_T_cam.R, cam_T_nav * landmark.p_nav);
     if (!expected || !in_image(camera, expected->patches.front().centre, -reach) ||
-        !landmark.appearance.may_look_like(expected->view)) {
+        !landmark.appearance.may_match(expected->view)) {
       continue;
     }
     LoopCandidate candidate{.id = id, .past = &landmark};

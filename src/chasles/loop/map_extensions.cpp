@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/loop/map_extensions.hpp>
 #include <chasles/loop/map_matches.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 

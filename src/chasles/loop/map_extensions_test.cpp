@@ -136,9 +136,9 @@ TEST(MapExtensions, IsConsistentAndBetterThanTheMap) {
   EXPECT_LT(trace_both, trace_a);
 }
 
-TEST(MapExtensions, OfAnotherMapIsRefused) {
+TEST(MapExtensions, OfAnotherMapIsRejected) {
   const Extended e(4);
-  const auto refusal = [&](const LandmarkMap& other) -> std::string {
+  const auto rejection = [&](const LandmarkMap& other) -> std::string {
     try {
       joined_extensions(e.base.map, std::vector<MapPart>{{"a", e.a.map}, {"b", other}});
     } catch (const InputError& error) {
@@ -146,14 +146,14 @@ TEST(MapExtensions, OfAnotherMapIsRefused) {
     }
     return "joined";
   };
-  EXPECT_EQ(refusal(e.b.map), "joined");
+  EXPECT_EQ(rejection(e.b.map), "joined");
   LandmarkMap moved = e.b.map;
   for (MapPoint& point : moved.points) point.p_map.y() += 5;
-  EXPECT_EQ(refusal(moved).find("b: contradicts the other runs"), 0u) << refusal(moved);
+  EXPECT_EQ(rejection(moved).find("b: contradicts the other runs"), 0u) << rejection(moved);
   test::Random random(5);
   LandmarkMap foreign = test::walk_map(test::corridor_map(9, 120, 30), 10, 20, {}, 1, random);
   foreign.sessions.push_back({.name = "x", .begin = Time(900), .end = Time(901), .cameras = {}});
-  EXPECT_EQ(refusal(foreign).find("b: found 0 of the "), 0u) << refusal(foreign);
+  EXPECT_EQ(rejection(foreign).find("b: found 0 of the "), 0u) << rejection(foreign);
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ std::vector<int> children(const std::vector<Member>& members, int parent) {
   return all;
 }
 
-// The member with what the others tell about it. `kept` receives whose maps that takes.
+// The member with what the others contribute to it. `kept` receives whose maps that takes.
 MapPart joined_family(const std::vector<Member>& members, int member, std::vector<bool>& kept) {
   const MapPart& part = members[static_cast<std::size_t>(member)].part;
   std::vector<MapPart> extensions;

@@ -96,7 +96,7 @@ TEST(MapFamily, IsMergedWithOtherWalksAsOneMap) {
 
 TEST(MapFamily, OfSeveralFilesWouldCountTwice) {
   const Family f(4);
-  const auto refused = [](std::vector<MapPart> parts) -> std::string {
+  const auto rejected = [](std::vector<MapPart> parts) -> std::string {
     try {
       map_families(std::move(parts));
     } catch (const InputError& error) {
@@ -104,17 +104,17 @@ TEST(MapFamily, OfSeveralFilesWouldCountTwice) {
     }
     return "joined";
   };
-  EXPECT_NE(refused({{"a", f.a.map, 0}, {"b", f.b.map, 1}}).find("count it twice"),
+  EXPECT_NE(rejected({{"a", f.a.map, 0}, {"b", f.b.map, 1}}).find("count it twice"),
             std::string::npos);
-  EXPECT_NE(refused({{"base", f.base.map, 0}, {"a", f.a.map, 1}}).find("count it twice"),
+  EXPECT_NE(rejected({{"base", f.base.map, 0}, {"a", f.a.map, 1}}).find("count it twice"),
             std::string::npos);
   // Two runs of one recording.
   LandmarkMap again = f.a.map;
   again.points.front().p_map.x() += 0.01;
   EXPECT_NE(
-      refused({{"m", f.base.map, 0}, {"m", f.a.map, 0}, {"m", again, 0}}).find("count it twice"),
+      rejected({{"m", f.base.map, 0}, {"m", f.a.map, 0}, {"m", again, 0}}).find("count it twice"),
       std::string::npos);
-  EXPECT_EQ(refused({{"m", f.base.map, 0}, {"m", f.a.map, 0}, {"m", f.a.map, 0}}), "joined");
+  EXPECT_EQ(rejected({{"m", f.base.map, 0}, {"m", f.a.map, 0}, {"m", f.a.map, 0}}), "joined");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace chasles {
 
-/// Two maps in the frame of the first one, a, and what landmarks that both have tell about them.
+/// Two maps in the frame of the first one, a, and what landmarks that both have determine of them.
 /// All errors follow from independent ones y of covariance I: those that each map shares, and those
 /// of the place of b; and from the points' own. A match is a point of b (`seen`) and one of a. The
 /// maps must outlive it.

@@ -12,7 +12,7 @@ using Match = MapFusion::Match;
 
 constexpr double kProbability = 0.99, kTogether = 0.999;
 
-bool look_alike(const Appearance& a, const Appearance& b) {
+bool are_similar(const Appearance& a, const Appearance& b) {
   return std::ranges::any_of(b.views(), [&](const PatchView& view) {
     return a.distance(view).value_or(kSimilarBits + 1) <= kSimilarBits;
   });
@@ -51,7 +51,7 @@ void add_matches(const MapFusion& both, std::vector<Match>& matches) {
     for (std::size_t i = 0; i < a.size(); ++i) {
       const double variance = 2 * (a[i].variance + b[j].variance);  // at most
       if ((a[i].p - b[j].p).squaredNorm() > kFar * kFar * variance ||
-          of_a.contains(static_cast<int>(i)) || !look_alike(a[i].appearance, b[j].appearance)) {
+          of_a.contains(static_cast<int>(i)) || !are_similar(a[i].appearance, b[j].appearance)) {
         continue;
       }
       const Match match{.seen = static_cast<int>(j), .point = static_cast<int>(i)};

@@ -73,7 +73,7 @@ void MapPlacer::reject() {
   const PlaceCounts counts = counts_;
   *this = MapPlacer(map_);
   counts_ = counts;
-  ++counts_.refused;
+  ++counts_.rejected;
 }
 
 void MapPlacer::put_points_in_place() {

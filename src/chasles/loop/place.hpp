@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include <chasles/lie/se3.hpp>
-#include <chasles/loop/landmark_map.hpp>
 #include <chasles/loop/appearance.hpp>
+#include <chasles/loop/landmark_map.hpp>
 
 namespace chasles {
 

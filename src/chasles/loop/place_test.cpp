@@ -73,7 +73,7 @@ TEST(FindPlace, NoneWhereTooLittleIsKnown) {
 }
 
 // Two corridors that look the same.
-TEST(FindPlace, NoneWhereTwoPlacesLookAlike) {
+TEST(FindPlace, NoneWhereTwoPlacesAreAlike) {
   LandmarkMap map = test::corridor_map(3, 200, 40);
   const Scene s = scene(map, 12, 0, 1);
   ASSERT_TRUE(find_place(s.seen, s.p_camera, map));

@@ -80,24 +80,24 @@ SE3 between(const SE3& a, const SE3& b, double s) {
   return {a.R * so3::exp(s * so3::log(a.R.transpose() * b.R)), a.p + s * (b.p - a.p)};
 }
 
-[[noreturn]] void refuse(const std::string& found, const std::string& expected) {
+[[noreturn]] void reject(const std::string& found, const std::string& expected) {
   throw UsageError(fmt::format("trajectory to simulate: {}; expected {}", found, expected));
 }
 
 // The poses over the seconds after the first one. Gaps are filled so that neighbours are at most a
 // knot interval apart and every segment has poses.
 std::vector<Sample> without_gaps(const Trajectory& poses, double knot_interval) {
-  if (poses.size() < 2) refuse(fmt::format("{} poses", poses.size()), "at least 2");
+  if (poses.size() < 2) reject(fmt::format("{} poses", poses.size()), "at least 2");
   std::vector<Sample> samples{{0, poses.front().pose}};
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Sample last = samples.back();
     const Sample next{to_seconds(poses[i].time - poses.front().time), poses[i].pose};
     if (next.time <= last.time) {
-      refuse(fmt::format("pose {} is not later than the one before", i), "rising times");
+      reject(fmt::format("pose {} is not later than the one before", i), "rising times");
     }
     const double pieces = std::ceil((next.time - last.time) / knot_interval);
     if (pieces > 1e6) {
-      refuse(fmt::format("a gap of {:.0f} s before pose {}", next.time - last.time, i),
+      reject(fmt::format("a gap of {:.0f} s before pose {}", next.time - last.time, i),
              fmt::format("at most 1e6 times the knot interval of {} s", knot_interval));
     }
     for (double k = 1; k < pieces; ++k) {
@@ -233,7 +233,7 @@ Spline fit_spline(const Trajectory& poses, double knot_interval) {
                 .controls = {},
                 .duration = samples.back().time};
   if (spline.duration < knot_interval) {
-    refuse(fmt::format("it lasts {} s", spline.duration),
+    reject(fmt::format("it lasts {} s", spline.duration),
            fmt::format("at least one knot interval, {} s", knot_interval));
   }
   const auto segments = static_cast<std::size_t>(std::ceil(spline.duration / knot_interval - 1e-9));

@@ -137,9 +137,9 @@ TEST(Spline, AGapIsBridgedEvenly) {
   }
 }
 
-TEST(Spline, WhatIsNoMotionIsRefused) {
+TEST(Spline, WhatIsNoMotionIsRejected) {
   const Trajectory poses = sampled(tumbling, 1, 50);
-  const auto refused = [](const Trajectory& path, double knot_interval) {
+  const auto rejected = [](const Trajectory& path, double knot_interval) {
     try {
       fit_spline(path, knot_interval);
     } catch (const UsageError& error) {
@@ -147,12 +147,12 @@ TEST(Spline, WhatIsNoMotionIsRefused) {
     }
     return std::string();
   };
-  EXPECT_NE(refused({}, 0.1).find("0 poses"), std::string::npos);
-  EXPECT_NE(refused({poses[0]}, 0.1).find("1 poses"), std::string::npos);
-  EXPECT_NE(refused({poses[0], poses[2], poses[1]}, 0.01).find("pose 2"), std::string::npos);
-  EXPECT_NE(refused({poses[0], poses[0]}, 0.1).find("pose 1"), std::string::npos);
-  EXPECT_NE(refused(poses, 2).find("at least one knot interval"), std::string::npos);
-  EXPECT_NE(refused({poses[0], {poses[0].time + std::chrono::hours(1000), {}}}, 0.1).find("gap"),
+  EXPECT_NE(rejected({}, 0.1).find("0 poses"), std::string::npos);
+  EXPECT_NE(rejected({poses[0]}, 0.1).find("1 poses"), std::string::npos);
+  EXPECT_NE(rejected({poses[0], poses[2], poses[1]}, 0.01).find("pose 2"), std::string::npos);
+  EXPECT_NE(rejected({poses[0], poses[0]}, 0.1).find("pose 1"), std::string::npos);
+  EXPECT_NE(rejected(poses, 2).find("at least one knot interval"), std::string::npos);
+  EXPECT_NE(rejected({poses[0], {poses[0].time + std::chrono::hours(1000), {}}}, 0.1).find("gap"),
             std::string::npos);
 }
 

@@ -9,9 +9,9 @@
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/sensor_event.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/velocity/velocity_noise.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/window/window.hpp>
+#include <chasles/velocity/velocity_noise.hpp>
 
 namespace chasles {
 

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 // Real recordings with inserted faults, and the result of the run.

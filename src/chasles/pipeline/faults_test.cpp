@@ -13,10 +13,10 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/pipeline/fault_testing.hpp>
+#include <chasles/recording/readers.hpp>
 
 // A real flight with inserted faults (docs/robustness.md): front end, start, filter.
 
@@ -329,8 +329,9 @@ TEST(Faults, AStartBearsThatTracksWanderOffWhicheverTheyAre) {
   }
 }
 
-// After the saturation wrong tracks do not determine the speed of one camera. The covariance tells.
-TEST(Faults, ASpeedThatIsUnknownIsDoubted) {
+// After the saturation wrong tracks do not determine the speed of one camera. The covariance shows
+// it.
+TEST(Faults, ASpeedThatIsUnknownIsDegraded) {
   if (!std::filesystem::exists(flight_folder())) GTEST_SKIP() << "skipped: no recordings";
   FaultySensors sensors(flight().recording, *flight().images, 4, 8, 1);
   all_together(sensors);

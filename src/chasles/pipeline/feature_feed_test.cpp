@@ -65,7 +65,7 @@ std::vector<FeatureFrame> all_frames(bool ahead, const Eigen::Vector3d& bias) {
   return frames;
 }
 
-TEST(FeatureFeed, AnImageWithoutACameraIsRefused) {
+TEST(FeatureFeed, AnImageWithoutACameraIsRejected) {
   FeatureFeed feed(sensors(1, 0), {}, {}, {}, false);
   EXPECT_TRUE(std::holds_alternative<ImuSample>(*feed.next()));
   EXPECT_TRUE(std::holds_alternative<ImuSample>(*feed.next()));

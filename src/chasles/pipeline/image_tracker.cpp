@@ -1,8 +1,8 @@
 #include <utility>
 
+#include <chasles/base/stopwatch.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
-#include <chasles/base/stopwatch.hpp>
 
 namespace chasles {
 namespace {

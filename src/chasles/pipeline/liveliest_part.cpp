@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include <chasles/recording/image_views.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
+#include <chasles/recording/image_views.hpp>
 
 namespace chasles {
 namespace {

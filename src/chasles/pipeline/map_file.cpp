@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/pipeline/map_bytes.hpp>
 #include <chasles/pipeline/map_file.hpp>
 

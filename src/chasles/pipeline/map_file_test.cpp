@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/testing.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/loop/map_testing.hpp>
 #include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
+#include <chasles/recording/testing.hpp>
 
 namespace chasles {
 namespace {
@@ -31,7 +31,7 @@ LandmarkMap some_map() {
   return map;
 }
 
-std::string refusal(const std::string& bytes) {
+std::string rejection(const std::string& bytes) {
   try {
     parse_map(bytes, "m.map");
     parse_map_parts(bytes, "m.map");
@@ -181,31 +181,33 @@ TEST(MapFile, OlderVersionsAreRead) {
   EXPECT_EQ(merged({walks[0], old}), walks[0]);
 }
 
-TEST(MapFile, OthersAreRefusedWithTheReason) {
+TEST(MapFile, OthersAreRejectedWithTheReason) {
   const std::string bytes = map_bytes(some_map());
-  EXPECT_NE(refusal("").find("no map"), std::string::npos);
-  EXPECT_NE(refusal("ply\nformat ascii 1.0\n").find("no map"), std::string::npos);
+  EXPECT_NE(rejection("").find("no map"), std::string::npos);
+  EXPECT_NE(rejection("ply\nformat ascii 1.0\n").find("no map"), std::string::npos);
   std::string other = bytes;
   other[16] = 9;
-  EXPECT_NE(refusal(other).find("found a map of version 9, expected at most 2"), std::string::npos);
-  EXPECT_NE(refusal(bytes.substr(0, bytes.size() / 2)).find("bytes, expected"), std::string::npos);
-  EXPECT_NE(refusal(bytes + "x").find("bytes, expected"), std::string::npos);
+  EXPECT_NE(rejection(other).find("found a map of version 9, expected at most 2"),
+            std::string::npos);
+  EXPECT_NE(rejection(bytes.substr(0, bytes.size() / 2)).find("bytes, expected"),
+            std::string::npos);
+  EXPECT_NE(rejection(bytes + "x").find("bytes, expected"), std::string::npos);
   other = bytes;
   other[bytes.size() / 2] ^= 1;
-  EXPECT_NE(refusal(other).find("checksum"), std::string::npos);
+  EXPECT_NE(rejection(other).find("checksum"), std::string::npos);
   // The parts, too, are checked by whoever reads the map alone.
   const std::string several = merged(three_walks());
   other = several;
   other[other.size() - 10] ^= 1;
-  EXPECT_NE(refusal(other).find("checksum"), std::string::npos);
+  EXPECT_NE(rejection(other).find("checksum"), std::string::npos);
   other.resize(other.size() - 10);
-  EXPECT_NE(refusal(other).find("bytes, expected"), std::string::npos);
+  EXPECT_NE(rejection(other).find("bytes, expected"), std::string::npos);
   other.resize(kHead + contents(several).map.size() + 3);
-  EXPECT_NE(refusal(other).find("its end where more"), std::string::npos);
+  EXPECT_NE(rejection(other).find("its end where more"), std::string::npos);
   // Sent as text: the line's end has become another one.
   other = bytes;
   other.replace(other.find("\r\n"), 2, "\n");
-  EXPECT_NE(refusal(other).find("no map"), std::string::npos);
+  EXPECT_NE(rejection(other).find("no map"), std::string::npos);
 }
 
 // Bytes at random places with right checksums: read, or rejected with an InputError.
@@ -222,16 +224,16 @@ void change_at_random(std::string& bytes, int trial, test::Random& random) {
 TEST(MapFile, NoContentCrashesTheReader) {
   const Contents one = contents(map_bytes(some_map())), several = contents(merged(three_walks()));
   test::Random random(5);
-  int refused = 0, of_parts = 0;
+  int rejected = 0, of_parts = 0;
   for (int trial = 0; trial < 4000; ++trial) {
     Contents other = trial % 4 == 3 ? several : one;
     const bool in_parts = trial % 8 == 7;
     change_at_random(in_parts ? other.parts : other.map, trial / 8, random);
-    const std::string found = refusal(file_of(other));
-    (in_parts ? of_parts : refused) += found != "read" ? 1 : 0;
+    const std::string found = rejection(file_of(other));
+    (in_parts ? of_parts : rejected) += found != "read" ? 1 : 0;
     EXPECT_TRUE(found == "read" || found.find("m.map: ") == 0) << found;
   }
-  EXPECT_GT(refused, 500);
+  EXPECT_GT(rejected, 500);
   EXPECT_GT(of_parts, 100);
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <chasles/run_folder/map_sketch.hpp>
 #include <chasles/loop/landmark_map.hpp>
+#include <chasles/run_folder/map_sketch.hpp>
 
 namespace chasles {
 

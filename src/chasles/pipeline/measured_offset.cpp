@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/masks.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
+#include <chasles/recording/masks.hpp>
 
 namespace chasles {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <chasles/check/camera_clock.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/run_settings.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 
 // What the tracks of a recording show of its first camera, before a run.

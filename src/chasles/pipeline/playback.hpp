@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
-#include <chasles/pipeline/sensor_event.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/pipeline/sensor_event.hpp>
 
 namespace chasles {
 

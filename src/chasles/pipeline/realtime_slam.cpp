@@ -5,8 +5,8 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/base/overloaded.hpp>
+#include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 
 namespace chasles {

@@ -132,7 +132,7 @@ TEST(RealtimeSlam, PredictsWhatTheBlockingOnePredicts) {
   }
 }
 
-// The estimator stands still, and the calls return all the same: the oldest images give way.
+// The estimator is blocked, and the calls return all the same: the oldest images give way.
 TEST(RealtimeSlam, DropsTheOldestImagesWhereTheEstimatorIsTooSlow) {
   std::mutex mutex;
   std::condition_variable changed;
@@ -221,7 +221,7 @@ TEST(RealtimeSlam, AnswersQuestionsBetweenEvents) {
   EXPECT_THROW(slam.process(short_walk().images->read(0)), UsageError);
 }
 
-TEST(RealtimeSlam, AnErrorEndsTheWorkAndIsToldToTheCaller) {
+TEST(RealtimeSlam, AnErrorEndsTheWorkAndIsReportedToTheCaller) {
   RealtimeSlam slam(slam_of(), {.most_images = 0},
                     [](std::span<const Estimate>, VisualInertialSlam&) {
                       throw std::runtime_error("the program's own");
@@ -262,7 +262,7 @@ TEST(RealtimeSlam, ImagesOfAnotherRigAreRejectedAtOnce) {
   EXPECT_EQ(slam.counts().came, 0u);
 }
 
-// The destructor does not wait for what has not begun.
+// The destructor does not wait for what has not started.
 TEST(RealtimeSlam, EndsWithoutWaitingForAllThatCame) {
   RealtimeSlam slam(slam_of(), {.most_images = 0});
   play_on(slam);

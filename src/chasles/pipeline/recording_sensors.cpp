@@ -4,21 +4,21 @@
 
 #include <fmt/format.h>
 
-#include <chasles/check/velocity_clock.hpp>
-#include <chasles/recording/imu_range.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/velocity_clock.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/recording/imu_range.hpp>
 
 namespace chasles {
 namespace {
 
 // Observations of a landmark with an undelayed initialisation that count as one (docs/noise.md).
 constexpr double kGuessedDepth = 20;
-// Robust loss and gate of batch and window, in track_sigma. They judge a track against its scatter,
-// which is far below it.
+// Robust loss and gate of batch and window, in track_sigma. They assess a track against its
+// scatter, which is far below it.
 constexpr double kSmoothedLoss = 1, kSmoothedGate = 2;
-// Data sheets state the noise of an IMU that stands still.
+// Data sheets state the noise of an IMU at a standstill.
 constexpr double kImuInUse = 3;
 
 ImuNoise noise_of(const Recording& recording) {

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <chasles/camera/track_noise.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
+#include <chasles/recording/recording.hpp>
 
 // The sensors of a recording, for an estimator.
 namespace chasles {

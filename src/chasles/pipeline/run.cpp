@@ -4,12 +4,12 @@
 #include <optional>
 #include <utility>
 
-#include <chasles/recording/masks.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/base/stopwatch.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
-#include <chasles/base/stopwatch.hpp>
+#include <chasles/recording/masks.hpp>
 
 namespace chasles {
 namespace {
@@ -44,10 +44,10 @@ class FrontendSeconds {
 };
 
 // The estimate of a run whose tracks contradict the stated lens.
-Estimate doubt_lens(Estimate e) {
+Estimate degrade_for_lens(Estimate e) {
   if (e.health != Health::kOk) return e;
   e.health = Health::kDegraded;
-  e.doubt = Doubt::kLens;
+  e.degradation = Degradation::kLens;
   return e;
 }
 
@@ -132,9 +132,10 @@ class Player {
     return true;
   }
 
-  void keep(const Estimate& judged, EstimateTiming timing) {
+  void keep(const Estimate& estimate, EstimateTiming timing) {
     any_ = true;
-    const Estimate& e = options_.wrong_lens ? doubted_.emplace(doubt_lens(judged)) : judged;
+    const Estimate& e =
+        options_.wrong_lens ? degraded_.emplace(degrade_for_lens(estimate)) : estimate;
     timing.seconds = feed_.seconds_since(e.time).value_or(timing.seconds);
     timing.frontend_seconds = frontend_seconds_.nearest(e.time);
     observer_.on_estimate(e, timing);
@@ -152,7 +153,7 @@ class Player {
     observer_.on_smoothing();
     const Stopwatch time;
     std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
-    if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), doubt_lens);
+    if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), degrade_for_lens);
     if (estimates.empty()) {
       report_.interrupted = report_.in_smoothing = true;
       return;
@@ -167,7 +168,7 @@ class Player {
   SensorFeed feed_;
   RunReport report_;
   FrontendSeconds frontend_seconds_;
-  std::optional<Estimate> doubted_;
+  std::optional<Estimate> degraded_;
   bool any_ = false;  // whether there was an estimate
   std::size_t frames_ = 0;
   Stopwatch frame_time_;

@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/sensor_feed.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
+#include <chasles/recording/recording.hpp>
 
 // Runs a recording through front end and estimator: `chasles run` as a function.
 namespace chasles {
@@ -26,7 +26,7 @@ struct RunOptions {
   std::optional<double> realtime = {};  ///< as SensorFeedOptions::realtime
   TracksPart tracks = {};               ///< those that the front end follows
   /// The tracks contradict the stated lens (TracksEvidence): estimates that would be `ok` are
-  /// degraded, with Doubt::kLens.
+  /// degraded, with Degradation::kLens.
   bool wrong_lens = false;
 };
 

@@ -78,8 +78,8 @@ class RunInAMap : public RunOfImages {
     return render_inertial(scene);
   }
   // Of the poses in the map, none of which errs by more than 15 cm: their number, and mean NEES.
-  static std::pair<int, double> judged(const Result& result, const Recording& recording,
-                                       const SE3& truth_T_map) {
+  static std::pair<int, double> assessed(const Result& result, const Recording& recording,
+                                         const SE3& truth_T_map) {
     double nees = 0;
     int placed = 0;
     for (const Estimate& e : result.estimates) {
@@ -121,7 +121,7 @@ TEST_F(RunInAMap, FindsItsPlaceThere) {
     const SE3 in_world = e.in_map->world_T_map * e.in_map->map_T_imu;
     EXPECT_LT((in_world.p - e.world_T_imu.p).norm(), 1e-9);
   }
-  const auto [placed, nees] = judged(result, again(), truth_T_world(before, round()));
+  const auto [placed, nees] = assessed(result, again(), truth_T_world(before, round()));
   EXPECT_GT(placed, static_cast<int>(result.estimates.size()) / 2);
   EXPECT_LT(nees, 3);
 
@@ -157,7 +157,7 @@ TEST_F(RunInAMap, LeavesAConsideredMapAsItIs) {
   const auto map = std::make_shared<const LandmarkMap>(first().map);
   const Result result = run_in(again(), map, {}, PriorMapUse::kConsidered);
   ASSERT_TRUE(result.places.placed);
-  const auto [placed, nees] = judged(result, again(), truth_T_world(first(), round()));
+  const auto [placed, nees] = assessed(result, again(), truth_T_world(first(), round()));
   EXPECT_GT(placed, static_cast<int>(result.estimates.size()) / 2);
   EXPECT_LT(nees, 3);
   int same = 0;
@@ -176,7 +176,7 @@ TEST_F(RunInAMap, LeavesAConsideredMapAsItIs) {
 }
 
 // The filter takes the frames of the initialisation again, and looks at some of their images.
-TEST_F(RunInAMap, BegunInMotionItFindsItsPlaceInTheFramesBeforeTheStart) {
+TEST_F(RunInAMap, StartedInMotionItFindsItsPlaceInTheFramesBeforeTheStart) {
   const Recording moving = walked([](InertialSettings& settings) {
     settings.step_rate = 1.5;
     settings.rest_duration = 0;
@@ -185,11 +185,11 @@ TEST_F(RunInAMap, BegunInMotionItFindsItsPlaceInTheFramesBeforeTheStart) {
   ASSERT_TRUE(result.places.placed);
   EXPECT_LT(result.estimates.front().time, result.started);
   EXPECT_LE(*result.places.placed, result.started);
-  EXPECT_GT(judged(result, moving, truth_T_world(first(), round())).first, 0);
+  EXPECT_GT(assessed(result, moving, truth_T_world(first(), round())).first, 0);
 }
 
 // No search: the frame of the run is that of the map, from the first estimate on.
-TEST_F(RunInAMap, BeginsWhereItIsTold) {
+TEST_F(RunInAMap, BeginsWhereStated) {
   const auto map = std::make_shared<const LandmarkMap>(first().map);
   const SE3 truth_T_map = truth_T_world(first(), round());
   const Result free = run_in(again(), nullptr);
@@ -203,23 +203,23 @@ TEST_F(RunInAMap, BeginsWhereItIsTold) {
   start.position_y = map_T_imu.p.y() - 0.2;
   start.position_z = map_T_imu.p.z() + 0.1;
   start.position_sigma = 0.2;
-  const Result told = run_in(again(), map, start);
-  EXPECT_EQ(told.places.searches, 0);
-  ASSERT_TRUE(told.places.placed);
-  ASSERT_TRUE(told.estimates.front().in_map);
+  const Result with_start = run_in(again(), map, start);
+  EXPECT_EQ(with_start.places.searches, 0);
+  ASSERT_TRUE(with_start.places.placed);
+  ASSERT_TRUE(with_start.estimates.front().in_map);
   double nees = 0;
-  for (const Estimate& e : told.estimates) {
+  for (const Estimate& e : with_start.estimates) {
     ASSERT_TRUE(e.in_map);
     EXPECT_LT((e.in_map->map_T_imu.p - e.world_T_imu.p).norm(), 1e-9);
     const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
     nees += nees_per_dof(error_of(e.world_T_imu, truth), e.pose_covariance());
   }
-  EXPECT_LT(nees / static_cast<double>(told.estimates.size()), 3);
-  const Estimate& last = told.estimates.back();
+  EXPECT_LT(nees / static_cast<double>(with_start.estimates.size()), 3);
+  const Estimate& last = with_start.estimates.back();
   const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, last.time).value();
   EXPECT_LT((truth.p - last.world_T_imu.p).norm(), 0.1);
   EXPECT_LT(last.covariance.block(3, 3, 3, 3).trace(), 0.1 * 0.1);
-  EXPECT_LT(told.estimates.front().covariance(3, 3), 0.3 * 0.3);
+  EXPECT_LT(with_start.estimates.front().covariance(3, 3), 0.3 * 0.3);
 
   EXPECT_THROW(run_in(again(), nullptr, start), UsageError);
   start.heading.reset();
@@ -243,7 +243,7 @@ TEST_F(RunInAMap, AfterALossIsThatOfThePartBefore) {
   EXPECT_GT(*result.places.placed, middle);
   ASSERT_TRUE(result.estimates.back().in_map);
   for (const Estimate& e : result.estimates) EXPECT_TRUE(!e.in_map || e.time > middle);
-  EXPECT_GT(judged(result, interrupted, truth_T_world(result, interrupted)).first, 0);
+  EXPECT_GT(assessed(result, interrupted, truth_T_world(result, interrupted)).first, 0);
   // Without it, the position is that of dead reckoning, and says so.
   const Estimate& last = result.estimates.back();
   EXPECT_GT(last.covariance(3, 3), 100 * last.in_map->covariance(3, 3));
@@ -259,7 +259,7 @@ TEST_F(RunInAMap, OfAnotherPlaceIsARunWithout) {
   const Result result = run_in(again(), std::make_shared<const LandmarkMap>(other.map));
   EXPECT_FALSE(result.places.placed);
   EXPECT_GT(result.places.searches, 10);
-  EXPECT_EQ(result.places.proposed, result.places.refused);
+  EXPECT_EQ(result.places.proposed, result.places.rejected);
   ASSERT_EQ(result.estimates.size(), without.estimates.size());
   EXPECT_FALSE(result.estimates.back().in_map);
   EXPECT_EQ(result.estimates.back().world_T_imu.p, without.estimates.back().world_T_imu.p);

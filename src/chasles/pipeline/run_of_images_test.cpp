@@ -97,7 +97,8 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     EXPECT_LT(closure.moved, 0.3);
     EXPECT_EQ(std::ranges::count(closed.recognised, closure.time), 1);
   }
-  EXPECT_GT(closed.recognised.size(), 2 * closed.closures.size()) << "most would tell too little";
+  EXPECT_GT(closed.recognised.size(), 2 * closed.closures.size())
+      << "most would determine too little";
   EXPECT_LT(error_of(closed), error_of(open) / 2);
 
   const Result again = run_with(Recognise::kAppearance, 1);

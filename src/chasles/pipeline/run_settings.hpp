@@ -4,10 +4,10 @@
 #include <string_view>
 
 #include <chasles/frontend/frontend_settings.hpp>
-#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
-#include <chasles/velocity/velocity_settings.hpp>
+#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 
 namespace chasles {
 

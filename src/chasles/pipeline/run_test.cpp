@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/check/velocity_clock.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/velocity_clock.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/inertial_sim.hpp>
@@ -286,54 +286,54 @@ TEST(Run, ARunThatNeverStartsSaysWhatWasMissing) {
 }
 
 template <typename Work>
-std::string refusal(const Work& work) {
+std::string rejection(const Work& work) {
   try {
     work();
   } catch (const Error& error) {
     return error.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
-void expect_refused(const std::string& words, const std::function<void()>& work) {
-  const std::string text = refusal(work);
+void expect_rejected(const std::string& words, const std::function<void()>& work) {
+  const std::string text = rejection(work);
   EXPECT_NE(text.find(words), std::string::npos) << text;
 }
 
 TEST(Run, WhatARecordingLacksIsNamed) {
-  expect_refused("no IMU samples with cameras",
-                 [] { chasles::run(street(), InertialRunSettings{}); });
-  expect_refused("0 body velocities", [] { chasles::run(hallway(), VelocityRunSettings{}); });
+  expect_rejected("no IMU samples with cameras",
+                  [] { chasles::run(street(), InertialRunSettings{}); });
+  expect_rejected("0 body velocities", [] { chasles::run(hallway(), VelocityRunSettings{}); });
   Recording silent = hallway();
   silent.imu_noise.reset();
-  expect_refused("states no IMU noise", [&] { chasles::run(silent, InertialRunSettings{}); });
+  expect_rejected("states no IMU noise", [&] { chasles::run(silent, InertialRunSettings{}); });
 }
 
 // Before the run, not after the filter has gone through the recording.
-TEST(Run, SettingsThatCannotBeUsedAreRefusedFirst) {
-  const auto refused = [](const std::string& words, const auto& settings, const auto& sensors) {
-    expect_refused(words, [&] { make_estimator(settings, sensors); });
+TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
+  const auto rejected = [](const std::string& words, const auto& settings, const auto& sensors) {
+    expect_rejected(words, [&] { make_estimator(settings, sensors); });
   };
   const InertialSensors imu = inertial_sensors(hallway());
   InertialRunSettings wrong = inertial("window:5");
   wrong.filter.calibrate_time_offset = Toggle::kTrue;
-  refused("calibrate_time_offset", wrong, imu);
+  rejected("calibrate_time_offset", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
-  refused("window of 1 keyframes", wrong, imu);
+  rejected("window of 1 keyframes", wrong, imu);
   wrong = inertial("batch");
   wrong.batch.max_iterations = 0;
-  refused("batch.max_iterations: found 0", wrong, imu);
+  rejected("batch.max_iterations: found 0", wrong, imu);
   wrong = inertial("filter");
   wrong.frontend.window = 14;
-  refused("frontend.window: found 14", wrong, imu);
+  rejected("frontend.window: found 14", wrong, imu);
   const VelocitySensors stereo = velocity_sensors(street(), {});
   VelocityRunSettings other = velocity("batch");
   other.filter.mode = SlamMode::kMap;
-  refused("--mode slam", other, stereo);
+  rejected("--mode slam", other, stereo);
   other = velocity("window:5");
   other.filter.initial_landmark_sigma = 0.1;
-  refused("initial_landmark_sigma", other, stereo);
+  rejected("initial_landmark_sigma", other, stereo);
 }
 
 TEST(CorrectClock, ShiftsByTheStatedOffsetOrTheEstimatedOne) {

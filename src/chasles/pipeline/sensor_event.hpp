@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <variant>
 
+#include <chasles/base/overloaded.hpp>
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/recording/events.hpp>
-#include <chasles/base/overloaded.hpp>
 
 namespace chasles {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/ahead.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/playback.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <utility>
 
-#include <chasles/recording/image_recording.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
+#include <chasles/recording/image_recording.hpp>
 
 namespace chasles {
 namespace {

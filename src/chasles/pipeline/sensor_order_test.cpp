@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/pipeline/sensor_order.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/pair_images.hpp>
-#include <chasles/pipeline/sensor_order.hpp>
 
 // Against pair_images() and EventStream's rule, on messages that come in other orders.
 namespace chasles {

@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/output_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/loop/map_family.hpp>
 #include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>

@@ -5,12 +5,12 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <chasles/recording/testing.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/loop/extension_testing.hpp>
 #include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/shared_map.hpp>
+#include <chasles/recording/testing.hpp>
 
 namespace chasles {
 namespace {

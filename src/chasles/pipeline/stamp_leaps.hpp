@@ -10,9 +10,9 @@
 
 namespace chasles {
 
-/// Tells a wrong stamp of a topic from a clock that has jumped. A stamp that leaps back or ahead of
-/// those before it is held until the next message: one that leaps to the same time confirms it, and
-/// without that it was wrong. `Timed` has a member `time`.
+/// Distinguishes a wrong stamp of a topic from a clock that has jumped. A stamp that leaps back or
+/// ahead of those before it is held until the next message: one that leaps to the same time
+/// confirms it, and without that it was wrong. `Timed` has a member `time`.
 template <typename Timed>
 class StampLeaps {
  public:

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/estimate/estimate.hpp>
 #include <chasles/initialise/inertial_start.hpp>
+#include <chasles/recording/recording.hpp>
 
 // A recording's ground truth, for runs that start from it or are compared with it.
 namespace chasles {

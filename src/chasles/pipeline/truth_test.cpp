@@ -55,7 +55,7 @@ TEST(TrueStart, IsTheFirstFrameWithTruth) {
 TEST(TrueStart, NeedsATruthAtTheTimeOfAFrame) {
   Recording recording = simulate_inertial(test::short_hallway());
   const Trajectory truth = std::exchange(recording.truth, {});
-  const auto refusal = [&] {
+  const auto rejection = [&] {
     try {
       true_start(recording);
     } catch (const InputError& error) {
@@ -63,11 +63,11 @@ TEST(TrueStart, NeedsATruthAtTheTimeOfAFrame) {
     }
     return std::string();
   };
-  EXPECT_NE(refusal().find("has no truth"), std::string::npos) << refusal();
+  EXPECT_NE(rejection().find("has no truth"), std::string::npos) << rejection();
   recording.truth = {truth.back()};
   recording.truth.front().time += from_seconds(10);
-  EXPECT_NE(refusal().find("has no frame at whose time its truth is known"), std::string::npos)
-      << refusal();
+  EXPECT_NE(rejection().find("has no frame at whose time its truth is known"), std::string::npos)
+      << rejection();
 }
 
 // Errors of the covariance's own distribution, in each chart: 15 on average.

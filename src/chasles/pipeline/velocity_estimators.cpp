@@ -1,10 +1,10 @@
 #include <utility>
 
 #include <chasles/pipeline/estimator.hpp>
-#include <chasles/velocity/velocity_model.hpp>
-#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
+#include <chasles/velocity/velocity_model.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 // The estimators of stereo-velocity runs.
 namespace chasles {

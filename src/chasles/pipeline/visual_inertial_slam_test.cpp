@@ -329,19 +329,19 @@ TEST(VisualInertialSlam, AnImageOfAnotherSizeIsLeftOutWithAnError) {
   expect_the_same(all, play(clean, walk()));
 }
 
-TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRefused) {
+TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRejected) {
   EXPECT_THROW(VisualInertialSlam({}, *walk().imu_noise), UsageError);
   InertialRunSettings wrong;
   wrong.filter.chart = "none";
-  const auto refused = [](const InertialRunSettings& settings) {
+  const auto rejected = [](const InertialRunSettings& settings) {
     EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, settings), UsageError);
   };
-  refused(wrong);
-  refused({.frontend = {.window = 14}});
-  refused({.start = {.keyframes = 3}});
+  rejected(wrong);
+  rejected({.frontend = {.window = 14}});
+  rejected({.start = {.keyframes = 3}});
   InertialRunSettings unknown;
   unknown.filter.init = LandmarkInit{7};
-  refused(unknown);
+  rejected(unknown);
 }
 
 }  // namespace

@@ -6,16 +6,16 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
+#include <chasles/codec/gzip.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/gravity.hpp>
-#include <chasles/codec/gzip.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/imu_table.hpp>
-#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/base/error.hpp>
-#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <chasles/recording/backwards.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/strapdown.hpp>
+#include <chasles/recording/backwards.hpp>
 
 namespace chasles {
 namespace {

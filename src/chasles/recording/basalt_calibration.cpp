@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/json_numbers.hpp>
-#include <chasles/recording/lens.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/recording/lens.hpp>
 
 namespace chasles {
 namespace {

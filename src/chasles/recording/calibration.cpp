@@ -3,14 +3,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/calibration.hpp>
 #include <chasles/recording/imu_noise.hpp>
 #include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/lens.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/foreign_calibration.hpp>
-#include <chasles/codec/json_numbers.hpp>
-#include <chasles/recording/lens.hpp>
-#include <chasles/codec/numbers.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/json_numbers.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/recording/lens.hpp>
 
 namespace chasles {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCentimetre = 0.01;
-constexpr int kLeftSocket = 1, kRightSocket = 2;  // CAM_B and CAM_C, unless the file tells
+constexpr int kLeftSocket = 1, kRightSocket = 2;  // CAM_B and CAM_C, unless the file states it
 
 // A camera of the file by its socket.
 using Sockets = std::map<int, JsonPlace>;
@@ -76,7 +76,7 @@ Root root_of(const Sockets& sockets, int socket, const std::string& where) {
   throw InputError(fmt::format("{}: the extrinsics of camera {} lead to no camera", where, socket));
 }
 
-// None where the file does not tell.
+// None where the file does not state it.
 std::optional<SE3> cam_T_imu_of(const JsonPlace& json, const Sockets& sockets, int socket) {
   if (!json.has("imuExtrinsics")) return std::nullopt;
   const Link imu = link_of(json.at("imuExtrinsics"));

@@ -269,7 +269,7 @@ TEST_F(EurocFolder, MissingFilesAreNamed) {
   expect_parts(error(), {"hall", "is empty"});
 }
 
-TEST_F(EurocFolder, MalformedTablesAreRefusedWithTheirLine) {
+TEST_F(EurocFolder, MalformedTablesAreRejectedWithTheirLine) {
   change("imu0/data.csv", "0,0.1,0.2,0,", "0,0.1,none,0,");
   expect_parts(error(), {"imu0/data.csv:2", "w_RS_S_y", "none"});
   test::spill(mav / "imu0/data.csv", std::string(test::kEurocImuColumns) + "0,0.1,0.2,0,1,2,9.");
@@ -284,7 +284,7 @@ TEST_F(EurocFolder, MalformedTablesAreRefusedWithTheirLine) {
   expect_parts(error(), {"cam0/data.csv", "lists no image"});
 }
 
-TEST_F(EurocFolder, AnImpossibleCalibrationIsRefused) {
+TEST_F(EurocFolder, AnImpossibleCalibrationIsRejected) {
   const std::string good = test::slurp(mav / "cam0/sensor.yaml");
   const std::vector<std::array<std::string, 3>> cases{
       {"0.3, 0, 0, 0, 1]", "0.3, 0, 0, 0, 2]", "last row"},
@@ -306,7 +306,7 @@ TEST_F(EurocFolder, AnImpossibleCalibrationIsRefused) {
   }
 }
 
-TEST_F(EurocFolder, DamagedImagesAreRefusedByName) {
+TEST_F(EurocFolder, DamagedImagesAreRejectedByName) {
   const fs::path file = mav / "cam1/data/10000000.png";
   const std::string good = test::slurp(file);
   const auto message = [&](const std::string& bytes) {

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/gravity.hpp>
@@ -11,7 +12,6 @@
 #include <chasles/recording/imu_table.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/truth_table.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/recording/inertial_testing.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/recording/inertial_testing.hpp>
+#include <chasles/recording/readers.hpp>
 
 namespace chasles {
 namespace {

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numeric>
 
-#include <chasles/recording/extrinsics.hpp>
-#include <chasles/lie/small_matrices.hpp>
 #include <chasles/base/median.hpp>
+#include <chasles/lie/small_matrices.hpp>
+#include <chasles/recording/extrinsics.hpp>
 
 namespace chasles {
 namespace {

@@ -9,7 +9,7 @@ using test::drive;
 
 SE3 malformed(const SE3& proper) { return {proper.R, -(proper.R.transpose() * proper.p)}; }
 
-TEST(Extrinsics, ATurningDriveTellsTheLeverArm) {
+TEST(Extrinsics, ATurningDriveShowsTheLeverArm) {
   const Recording r = drive(Drive{});
   const SE3 proper = r.rig.cam0_T_imu;
   const auto favours_second = compare_extrinsics(r, malformed(proper), proper);
@@ -31,13 +31,13 @@ TEST(Extrinsics, NoiseOfTheVelocitiesDoesNotDecide) {
   EXPECT_LT(compare_extrinsics(r, proper, malformed(proper)).sigmas, -4);
 }
 
-TEST(Extrinsics, AStraightDriveTellsNothing) {
+TEST(Extrinsics, AStraightDriveShowsNothing) {
   const Recording r = drive(Drive{.yaw_rate = 0});
   const SE3 proper = r.rig.cam0_T_imu;
   EXPECT_EQ(compare_extrinsics(r, malformed(proper), proper).steps, 0);
 }
 
-TEST(Extrinsics, AnEmptyRecordingTellsNothing) {
+TEST(Extrinsics, AnEmptyRecordingShowsNothing) {
   EXPECT_EQ(compare_extrinsics(Recording{}, SE3{}, SE3{}).steps, 0);
   EXPECT_EQ(compare_extrinsics(drive(Drive{.frames = 1, .tracks = 10}), SE3{}, SE3{}).steps, 0);
 }

@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/gzip.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/imu_columns.hpp>
 #include <chasles/recording/imu_table.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -48,7 +48,7 @@ void leave_out_copies(std::vector<fs::path>& sorted) {
   });
 }
 
-void refuse_packed_table(const fs::path& folder) {
+void reject_packed_table(const fs::path& folder) {
   constexpr std::array<std::pair<const char*, const char*>, 4> kPackers{
       std::pair(".bz2", "bunzip2"), std::pair(".xz", "unxz"), std::pair(".zst", "unzstd"),
       std::pair(".zip", "unzip")};
@@ -90,7 +90,7 @@ std::optional<fs::path> find_imu_table(const fs::path& folder, std::vector<std::
     }
   }
   if (found.empty()) {
-    refuse_packed_table(folder);
+    reject_packed_table(folder);
     return std::nullopt;
   }
   std::ranges::sort(found);

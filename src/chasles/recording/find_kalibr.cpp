@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/kalibr.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/recording/kalibr.hpp>
 
 namespace chasles {
 namespace {

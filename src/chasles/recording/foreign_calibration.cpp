@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/foreign_calibration.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/foreign_calibration.hpp>
 
 namespace chasles {
 namespace {

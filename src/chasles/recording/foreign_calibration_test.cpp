@@ -3,12 +3,12 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <chasles/codec/numbers.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/foreign_calibration.hpp>
 #include <chasles/recording/image_testing.hpp>
-#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
-#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {

@@ -7,12 +7,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/codec/foreign_files.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/bags/bag_paths.hpp>
 #include <chasles/recording/folder_names.hpp>
-#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -134,10 +134,10 @@ Verdict colmap_model(const Listing& l) {
   }
   if (l.dir("sparse")) return colmap_model(Listing(l.folder / "sparse" / "0"));
   for (const char* alone : {"images.txt", "points3D.txt", "cameras.txt"}) {
-    const auto told =
+    const auto known_as =
         l.file(alone) ? foreign_file(alone, begin_of_file(l.folder / alone)) : Verdict();
-    if (told && told->find("COLMAP") != std::string::npos)
-      return "holds " + (alone + (", which " + *told));
+    if (known_as && known_as->find("COLMAP") != std::string::npos)
+      return "holds " + (alone + (", which " + *known_as));
   }
   return std::nullopt;
 }
@@ -187,8 +187,8 @@ Verdict foreign_file_within(const Listing& l) {
     const std::string& name = l.files[i];
     if (std::ranges::find(usual, name) != usual.end()) continue;
     const std::string bytes = begin_of_file(l.folder / name);
-    const auto told = bytes.empty() ? Verdict() : foreign_file(name, bytes);
-    if (told) return fmt::format("holds {}, which {}", name, *told);
+    const auto known_as = bytes.empty() ? Verdict() : foreign_file(name, bytes);
+    if (known_as) return fmt::format("holds {}, which {}", name, *known_as);
   }
   return std::nullopt;
 }

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/recording/gravity.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/gravity.hpp>
 
 namespace chasles {
 namespace {

@@ -70,7 +70,7 @@ TEST(Gravity, ABiasThatNothingShowsStaysNearZero) {
   EXPECT_LT(fit->accelerometer_bias.norm(), 1e-2);
 }
 
-TEST(Gravity, TooLittleTellsNothing) {
+TEST(Gravity, TooLittleShowsNothing) {
   const Recording r = swung(kTilted, 4);
   EXPECT_FALSE(fit_gravity(r.truth, r.imu));
   EXPECT_FALSE(fit_gravity({}, r.imu));

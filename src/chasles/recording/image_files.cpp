@@ -5,14 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/image_files.hpp>
 #include <chasles/codec/image_range.hpp>
-#include <chasles/recording/paired_images.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/time_order.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/image_files.hpp>
+#include <chasles/recording/paired_images.hpp>
 
 namespace chasles {
 namespace {

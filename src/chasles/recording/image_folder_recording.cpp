@@ -5,8 +5,9 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/calibration.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
+#include <chasles/recording/calibration.hpp>
 #include <chasles/recording/folder_names.hpp>
 #include <chasles/recording/foreign_calibration.hpp>
 #include <chasles/recording/image_names.hpp>
@@ -17,7 +18,6 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_tables.hpp>
 #include <chasles/recording/truth_table.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -307,7 +307,7 @@ TEST_F(ImageFolder, ACameraWithoutItsOtherHalfIsLeftOutAndSaid) {
 }
 
 // With one camera asked for, whatever the second one's files are.
-TEST_F(ImageFolder, CamerasThatAreNotAskedForAreNotLookedAt) {
+TEST_F(ImageFolder, CamerasThatAreNotAskedForAreNotRead) {
   std::string two = kCalibration;
   const std::size_t begin = two.find("  - res"), end = two.find("imu_conv");
   test::spill(folder / "calibration.yaml", two.insert(end, two.substr(begin, end - begin)));
@@ -327,12 +327,12 @@ TEST_F(ImageFolder, ACalibrationOfAnotherSizeIsFoundAtOnce) {
   std::string text = kCalibration;
   test::spill(folder / "calibration.yaml", text.replace(text.find("[8, 6]"), 6, "[4, 3]"));
   expect_parts(error(), {"5000000.png", "8 x 6", "4 x 3", "take a calibration of this size"});
-  // A damaged image tells nothing about the size, and the next one does.
+  // A damaged image contains nothing about the size, and the next one does.
   test::spill(folder / "images/cam0/5000000.png", "half");
   expect_parts(error(), {"10000000.png", "8 x 6"});
 }
 
-TEST_F(ImageFolder, WhatDoesNotFitIsRefused) {
+TEST_F(ImageFolder, WhatDoesNotFitIsRejected) {
   test::spill(folder / "images/cam0/first.png", test::picture_bytes(1));
   expect_parts(error(), {"first.png", "'first'"});
   fs::remove(folder / "images/cam0/first.png");
@@ -373,7 +373,7 @@ TEST(RealImageFolder, TheSparseStereoPairsAreDecoded) {
         fs::absolute(entry.path()),
         folder / "images" / ("cam" + name.substr(cut + 1, 1)) / (name.substr(0, cut) + ".jpg"));
   }
-  // Its samples are not those of the images' time, which read_recording() would refuse.
+  // Its samples are not those of the images' time, which read_recording() would reject.
   const Recording r = read_image_folder_recording(folder);
   ASSERT_EQ(r.images->size(), 100u);
   for (const std::size_t k : {0u, 57u, 99u}) {

@@ -7,14 +7,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/column_names.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/image_decode.hpp>
+#include <chasles/codec/parse.hpp>
 #include <chasles/recording/image_names.hpp>
 #include <chasles/recording/image_times.hpp>
 #include <chasles/recording/imu_columns.hpp>
-#include <chasles/codec/parse.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

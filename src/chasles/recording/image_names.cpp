@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/recording/image_names.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -10,9 +10,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>  // IMREAD_*, IMWRITE_*
 
+#include <chasles/base/opencv_codecs_testing.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/base/opencv_codecs_testing.hpp>
 
 // Small recordings of images for the tests of their readers.
 namespace chasles::test {

@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/image_names.hpp>
-#include <chasles/recording/image_times.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/time_text.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/image_names.hpp>
+#include <chasles/recording/image_times.hpp>
 
 namespace chasles {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/image_files.hpp>
 #include <chasles/imu/imu_sample.hpp>
+#include <chasles/recording/image_files.hpp>
 
 namespace chasles {
 

@@ -4,10 +4,10 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/imu_intrinsics.hpp>
 #include <chasles/recording/imu_range.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

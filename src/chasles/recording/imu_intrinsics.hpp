@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/codec/yaml_map.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 
@@ -45,7 +45,7 @@ ImuRange corrected_range(const ImuIntrinsics& intrinsics, const ImuRange& measur
                          double force_on_rate);
 
 /// Corrects the samples of the recording, with a remark. Samples at the limit of the range are
-/// marked before (ImuSample::force_clipped): the range is that of the sensor, so it is judged on
+/// marked before (ImuSample::force_clipped): the range is that of the sensor, so it is assessed on
 /// what the sensor measured. The recording's range then is one that no other sample reaches.
 void correct_samples(const ImuIntrinsics& intrinsics, Recording& recording);
 

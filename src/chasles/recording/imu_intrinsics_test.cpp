@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/imu_intrinsics.hpp>
 #include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
@@ -134,7 +134,7 @@ TEST_F(ImuIntrinsicsOfAFile, LeaveTheSaturationToWhatTheSensorMeasured) {
   EXPECT_LT(range_of(recording).accelerometer, 26);
 }
 
-TEST_F(ImuIntrinsicsOfAFile, ThatCannotBeAreRefused) {
+TEST_F(ImuIntrinsicsOfAFile, ThatCannotBeAreRejected) {
   const auto error = [&](const std::string& text) { return input_error([&] { read(text); }); };
   expect_parts(error("Ta: [[1, 0, 0], [0, 0, 0], [0, 0, 1]]\n"),
                {"imu.yaml:1: key 'Ta'", "determinant 0"});
@@ -147,18 +147,18 @@ TEST_F(ImuIntrinsicsOfAFile, ThatCannotBeAreRefused) {
 }
 
 // OpenVINS's Tg is zero without g-sensitivity; people write the identity, as for the scales.
-TEST(ImuIntrinsics, AnIdentityAsSensitivityIsRefusedByItsName) {
+TEST(ImuIntrinsics, AnIdentityAsSensitivityIsRejectedByItsName) {
   const auto file = test::scratch() / "imu.yaml";
-  const auto refused = [&](const std::string& text) {
+  const auto rejected = [&](const std::string& text) {
     test::spill(file, text);
     std::vector<std::string> remarks;
     return input_error([&] { read_imu_intrinsics(YamlMap::read(file, {}), remarks); });
   };
-  expect_parts(refused("Tg:\n" + rows_of(Eigen::Matrix3d::Identity(), "  ")),
+  expect_parts(rejected("Tg:\n" + rows_of(Eigen::Matrix3d::Identity(), "  ")),
                {"imu.yaml:2: key 'Tg'", "row 1, column 1 is 1", "the identity: write zeros"});
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   A(1, 2) = -0.3;
-  expect_parts(refused("gyroscopes:\n  A:\n" + rows_of(A, "    ")),
+  expect_parts(rejected("gyroscopes:\n  A:\n" + rows_of(A, "    ")),
                {"key 'A'", "row 2, column 3 is -0.3", "at most 0.1"});
 }
 

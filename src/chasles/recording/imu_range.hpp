@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/codec/yaml_map.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

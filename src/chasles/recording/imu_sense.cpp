@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/imu_sense.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/recording/imu_sense.hpp>
 
 namespace chasles {
 namespace {
@@ -84,8 +84,8 @@ void check_forces(const CsvReader& csv, const std::string& file, const ImuColumn
 }
 
 void check_gravity_columns(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
-                           const std::optional<double>& length, bool judged) {
-  if (length || !judged) return;
+                           const std::optional<double>& length, bool assessed) {
+  if (length || !assessed) return;
   throw InputError(fmt::format("{}: both {} and {} may be the angular rates, expected one of them",
                                file, names_of(csv, columns.rate), names_of(csv, *columns.gravity)));
 }
@@ -125,10 +125,10 @@ void take_rates_of_g(const CsvReader& csv, ImuColumns& columns,
 void check_sense(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
                  const std::vector<ImuSample>& imu, const std::vector<Eigen::Vector3d>& gravity,
                  std::vector<std::string>& remarks) {
-  const bool judged = imu.size() >= kFewSamples;
+  const bool assessed = imu.size() >= kFewSamples;
   const auto length = length_of_gravity(
       lengths(gravity.size(), [&](std::size_t i) -> const Eigen::Vector3d& { return gravity[i]; }));
-  if (columns.gravity) check_gravity_columns(csv, file, columns, length, judged);
+  if (columns.gravity) check_gravity_columns(csv, file, columns, length, assessed);
   check_rates(csv, file, columns, imu);
   const std::vector<double> forces =
       lengths(imu.size(),

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/imu_columns.hpp>
 #include <chasles/imu/imu_sample.hpp>
+#include <chasles/recording/imu_columns.hpp>
 
 namespace chasles {
 
@@ -15,7 +15,8 @@ void take_rates_of_g(const CsvReader& csv, ImuColumns& columns,
                      std::vector<std::string>& remarks);
 
 /// Checks the samples of a table against what its names say. `gravity`: the columns gx, gy, gz
-/// beside other angular rates, empty without them. Tables of fewer than 100 samples are not judged.
+/// beside other angular rates, empty without them. Tables of fewer than 100 samples are not
+/// assessed.
 ///
 /// Throws InputError if all forces are 0, if the rates have the length of gravity and the forces
 /// have not (exchanged columns), if the forces have no gravity in them, as a phone's user or linear

@@ -24,7 +24,7 @@ namespace chasles {
 /// a sentence on each of these.
 ///
 /// Throws InputError with file, line and column: for names that are not known or are there twice,
-/// units of other quantities, times whose digits do not tell the rows apart, and for samples whose
+/// units of other quantities, times whose digits do not distinguish the rows, and for samples whose
 /// gravity was removed.
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
                                       std::vector<std::string>& remarks);

@@ -70,7 +70,7 @@ class ImuTableForms : public ::testing::Test {
     for (const std::string& remark : remarks) all += remark + "\n";
     expect_parts(all, parts);
   }
-  std::string refused(const std::string& heading, const Row& row) const {
+  std::string rejected(const std::string& heading, const Row& row) const {
     write(heading, row);
     return input_error([&] { read_imu_table(file); });
   }
@@ -124,7 +124,7 @@ TEST_F(ImuTableForms, UnitsBehindTheNamesAreApplied) {
       "Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)\n",
       in(1, 1));
   expect_read("timestampNs,gyroX,gyroY,gyroZ,accelX,accelY,accelZ\n", in(1, 1), Time(0));
-  expect_parts(refused("time_ns,wx [deg/s],wy [rad/s],wz,ax,ay,az\n", in(1, 1)),
+  expect_parts(rejected("time_ns,wx [deg/s],wy [rad/s],wz,ax,ay,az\n", in(1, 1)),
                {"wx is in deg/s and wy in rad/s"});
 }
 
@@ -142,17 +142,17 @@ TEST_F(ImuTableForms, TimesWithDecimalsAreSecondsAndTheirDigitsAreReported) {
       "timestamp_us,wx,wy,wz,ax,ay,az\n",
       [](const ImuSample& s) { return fmt::format("{},{}", s.time.count() / 1000, numbers(s)); },
       Time(1000));
-  expect_parts(refused(names, digits(0)), {"imu.csv:"});
-  expect_parts(refused(names, digits(1)),
+  expect_parts(rejected(names, digits(0)), {"imu.csv:"});
+  expect_parts(rejected(names, digits(1)),
                {"imu.csv:201", "steps of 100 ms", "200 rows are within 1 s", "with all digits"});
 }
 
-TEST_F(ImuTableForms, WhatSpreadsheetsRoundIsRefusedOrReported) {
-  expect_parts(refused(kNames,
-                       [](const ImuSample& s) {
-                         return fmt::format("{:.5E},{}", static_cast<double>(s.time.count()),
-                                            numbers(s));
-                       }),
+TEST_F(ImuTableForms, WhatSpreadsheetsRoundIsRejectedOrReported) {
+  expect_parts(rejected(kNames,
+                        [](const ImuSample& s) {
+                          return fmt::format("{:.5E},{}", static_cast<double>(s.time.count()),
+                                             numbers(s));
+                        }),
                {"1.40364E+18", "steps of 10000 s", "spreadsheet", "Export the table again"});
   expect_read(kNames,
               [](const ImuSample& s) {
@@ -193,8 +193,8 @@ TEST_F(ImuTableForms, TablesOfBagsAreRead) {
       "__time,/imu/angular_velocity/x,/imu/angular_velocity/y,/imu/angular_velocity/z,"
       "/imu/linear_acceleration/x,/imu/linear_acceleration/y,/imu/linear_acceleration/z\n",
       [](const ImuSample& s) { return seconds_of(s) + "," + numbers(s); }, Time(0), {"seconds"});
-  expect_parts(refused("header.stamp.secs,header.stamp.nsecs,wx,wy,wz,ax,ay,az\n",
-                       [](const ImuSample& s) { return "1403636583,1000000000," + numbers(s); }),
+  expect_parts(rejected("header.stamp.secs,header.stamp.nsecs,wx,wy,wz,ax,ay,az\n",
+                        [](const ImuSample& s) { return "1403636583,1000000000," + numbers(s); }),
                {"imu.csv:2", "below 1000000000"});
 }
 
@@ -207,16 +207,16 @@ TEST_F(ImuTableForms, GravityThatWasRemovedIsNamed) {
                        w.y(), w.z(), -up.x(), -up.y(), -up.z());
   };
   expect_parts(
-      refused("timestamp, ax, ay, az, rx, ry, rz, gx, gy, gz\n", fused),
+      rejected("timestamp, ax, ay, az, rx, ry, rz, gx, gy, gz\n", fused),
       {"gravity is removed from ax, ay, az", "gx, gy, gz", "direction of gravity", "9.81 m/s^2"});
-  expect_parts(refused("timestamp, ax, ay, az, wx, wy, wz, nx, ny, nz\n", fused),
+  expect_parts(rejected("timestamp, ax, ay, az, wx, wy, wz, nx, ny, nz\n", fused),
                {"gravity is removed from ax, ay, az"});
-  expect_parts(refused("timestamp,qx,qy,qz,ax,ay,az,gx,gy,gz\n",
-                       [&](const ImuSample& s) {
-                         const Eigen::Vector3d f = s.specific_force_imu, up = f.normalized();
-                         return fmt::format("{},0,0,0,{},{},{},{},{},{}", s.time.count(), f.x(),
-                                            f.y(), f.z(), up.x(), up.y(), up.z());
-                       }),
+  expect_parts(rejected("timestamp,qx,qy,qz,ax,ay,az,gx,gy,gz\n",
+                        [&](const ImuSample& s) {
+                          const Eigen::Vector3d f = s.specific_force_imu, up = f.normalized();
+                          return fmt::format("{},0,0,0,{},{},{},{},{},{}", s.time.count(), f.x(),
+                                             f.y(), f.z(), up.x(), up.y(), up.z());
+                        }),
                {"gx, gy, gz have the length 1.000", "no angular rates"});
 }
 
@@ -228,11 +228,11 @@ TEST_F(ImuTableForms, ExchangedAndEmptyColumnsAreNamed) {
                        second.x(), second.y(), second.z());
   };
   const char* const head = "timestamp,wx,wy,wz,ax,ay,az\n";
-  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 1, 1, true); }),
+  expect_parts(rejected(head, [&](const ImuSample& s) { return numbers_of(s, 1, 1, true); }),
                {"accelerometer and gyroscope are exchanged", "wx, wy, wz", "is gravity"});
-  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 0, 0, false); }),
+  expect_parts(rejected(head, [&](const ImuSample& s) { return numbers_of(s, 0, 0, false); }),
                {"all six columns", "are 0 in all", "attitude alone"});
-  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 0, 1, false); }),
+  expect_parts(rejected(head, [&](const ImuSample& s) { return numbers_of(s, 0, 1, false); }),
                {"ax, ay, az are 0 in all", "accelerometer was not read"});
 }
 
@@ -245,11 +245,11 @@ TEST_F(ImuTableForms, GravityBesideRawForcesIsLeftOut) {
   expect_read("timestamp,rx,ry,rz,ax,ay,az,gx,gy,gz\n", row, Time(0),
               {"gx, gy, gz are the direction of gravity"});
   expect_read("timestamp,wx,wy,wz,ax,ay,az,gx,gy,gz\n", row, Time(0), {"direction of gravity"});
-  expect_parts(refused("timestamp,wx,wy,wz,ax,ay,az,gx,gy,gz\n",
-                       [](const ImuSample& s) {
-                         return fmt::format("{},{},{},0,0", s.time.count(), numbers(s),
-                                            s.angular_rate_imu.x());
-                       }),
+  expect_parts(rejected("timestamp,wx,wy,wz,ax,ay,az,gx,gy,gz\n",
+                        [](const ImuSample& s) {
+                          return fmt::format("{},{},{},0,0", s.time.count(), numbers(s),
+                                             s.angular_rate_imu.x());
+                        }),
                {"both wx, wy, wz and gx, gy, gz may be the angular rates"});
 }
 
@@ -289,7 +289,8 @@ TEST_F(ImuTableForms, AStatedUnitOfTimesCountsWhateverTheirDigits) {
                 [](const ImuSample& s) { return seconds_of(s) + "," + numbers(s); }, Time(1),
                 {"imu.csv: the times are taken as seconds"});
   }
-  expect_parts(refused("time (min),wx,wy,wz,ax,ay,az\n", since_start), {"the unit of time is min"});
+  expect_parts(rejected("time (min),wx,wy,wz,ax,ay,az\n", since_start),
+               {"the unit of time is min"});
 }
 
 TEST_F(ImuTableForms, TabsAfterCommasAndDecimalCommasBetweenBlanksAreFound) {
@@ -337,11 +338,11 @@ TEST_F(ImuTableForms, ALineOfUnitsBelowTheNamesCounts) {
       Time(0), parts);
   expect_read("time,wx,wy,wz,ax,ay,az\n# units: s, deg/s, deg/s, deg/s, g, g, g\n", row, Time(0),
               parts);
-  expect_parts(refused("time,wx,wy,wz,ax,ay,az\ns,counts,counts,counts,g,g,g\n", row),
+  expect_parts(rejected("time,wx,wy,wz,ax,ay,az\ns,counts,counts,counts,g,g,g\n", row),
                {"the unit of wx is counts"});
 }
 
-TEST_F(ImuTableForms, UnitsInOtherSpellingsAreKnownAndOthersAreRefused) {
+TEST_F(ImuTableForms, UnitsInOtherSpellingsAreKnownAndOthersAreRejected) {
   const auto read = [&](const std::string& rate, const std::string& force, double w, double f) {
     const std::vector<std::string> parts =
         w == 1 && f == 1 ? std::vector<std::string>{} : std::vector<std::string>{"converted"};
@@ -368,7 +369,7 @@ TEST_F(ImuTableForms, UnitsInOtherSpellingsAreKnownAndOthersAreRefused) {
     return fmt::format("{},{}", s.time.count(), numbers(s));
   };
   for (const char* unit : {"furlongs", "lsb", "s", "m"}) {
-    expect_parts(refused(fmt::format("time_ns,wx,wy,wz,ax ({0}),ay ({0}),az ({0})\n", unit), si),
+    expect_parts(rejected(fmt::format("time_ns,wx,wy,wz,ax ({0}),ay ({0}),az ({0})\n", unit), si),
                  {"imu.csv:1", fmt::format("the unit of ax is {}", unit), "cm/s^2", "convert it",
                   "remove the brackets"});
   }
@@ -464,8 +465,8 @@ TEST_F(ImuTableForms, ThoseOfPhoneAppsAndLoggersAreRead) {
                 return fmt::format("{} {}", s.time.count(), numbers(s, degrees, 1, " "));
               },
               Time(0), {"angular rates in"});
-  expect_parts(refused("time [ms],wx,wy,wz,ax,ay,az\n",
-                       [](const ImuSample& s) { return seconds_of(s) + "," + numbers(s); }),
+  expect_parts(rejected("time [ms],wx,wy,wz,ax,ay,az\n",
+                        [](const ImuSample& s) { return seconds_of(s) + "," + numbers(s); }),
                {"imu.csv:2", "states milliseconds", "at 2e+05 Hz", "Correct the unit"});
 }
 

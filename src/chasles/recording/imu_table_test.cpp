@@ -88,7 +88,7 @@ TEST(ImuTable, ALineOfCommasIsNoTable) {
   EXPECT_LT(error(commas + "\n").size(), 5000u);
 }
 
-TEST(ImuTable, NamesThatDoNotTellAreRefusedAtTheirLine) {
+TEST(ImuTable, AmbiguousNamesAreRejectedAtTheirLine) {
   expect_parts(error("1500000000,1,2,3,4,5,6\n"),
                {"imu.csv:1", "begins with '1500000000,1", "names of the columns"});
   expect_parts(error("time_ns,x1,x2,x3,ax,ay,az\n1,1,2,3,4,5,6\n"),

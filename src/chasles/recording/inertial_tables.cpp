@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/inertial_tables.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/inertial_tables.hpp>
 
 namespace chasles {
 namespace {

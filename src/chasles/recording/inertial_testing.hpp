@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/recording.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/lie/so3.hpp>
 
 // An IMU in rotation and translation, in closed form.
 namespace chasles::test {

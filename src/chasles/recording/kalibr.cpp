@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/lens.hpp>
-#include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -93,7 +93,7 @@ TEST_F(Kalibr, TheChainPutsTheSecondCameraToTheRightOfTheFirst) {
 
 // OpenVINS's T_imu_cam is the inverse. Its files start with OpenCV's kind of header, and have the
 // IMU below a key.
-TEST_F(Kalibr, TheKeysNameTellsTheDirection) {
+TEST_F(Kalibr, TheKeysNameShowsTheDirection) {
   const Camera kalibr = read().cameras[0];
   std::string chain = changed(kChain, "T_cam_imu", "T_imu_cam");
   chain = changed(chain, "[0.0, 1.0, 0.0, -0.2]", "[0.0, -1.0, 0.0, 0.1]");
@@ -112,7 +112,7 @@ TEST_F(Kalibr, TheKeysNameTellsTheDirection) {
   EXPECT_EQ(openvins.imu_noise.gyroscope_noise_density, 0.005);
 }
 
-TEST_F(Kalibr, WhatCannotBeUsedIsRefusedWithItsLine) {
+TEST_F(Kalibr, WhatCannotBeUsedIsRejectedWithItsLine) {
   const std::vector<std::array<std::string, 3>> chains{
       {"camera_model: pinhole", "camera_model: omni", "'omni' is a model that is not supported"},
       {"distortion_model: radtan", "distortion_model: fov",
@@ -191,7 +191,7 @@ TEST_F(Kalibr, OnlyTheCamerasThatAreAskedForMustBeGood) {
   EXPECT_EQ(read_kalibr(find_kalibr(folder).value(), 1).cameras.size(), 1u);
 }
 
-TEST_F(Kalibr, AnOffsetThatIsNoTimeIsRefused) {
+TEST_F(Kalibr, AnOffsetThatIsNoTimeIsRejected) {
   for (const char* offset : {".nan", "1e300", "-5e9", "[1]"}) {
     write(changed(kChain, "-0.0052", offset), kImu);
     expect_parts(error(), {"camchain-imucam.yaml:14", "timeshift_cam_imu"});

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <chasles/recording/kitti_calibration.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/kitti_calibration.hpp>
 
 namespace chasles {
 

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/kitti_oxts.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/kitti_oxts.hpp>
 
 namespace chasles {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/georeference.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
+#include <chasles/recording/georeference.hpp>
 
 namespace chasles {
 

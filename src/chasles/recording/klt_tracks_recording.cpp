@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
-#include <chasles/recording/euroc_tables.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
+#include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

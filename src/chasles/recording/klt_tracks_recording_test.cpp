@@ -38,7 +38,7 @@ TEST_F(KltTracks, AreReadWithTheSamplesBeside) {
   expect_parts(error(), {"(379, 48) lies outside the image of 8 x 6 px"});
 }
 
-TEST_F(KltTracks, MalformedTablesAreRefused) {
+TEST_F(KltTracks, MalformedTablesAreRejected) {
   write("5000000,0,379,48\n4000000,1,713,295\n");
   expect_parts(error(), {"cam0.csv:3", "expected times that rise strictly"});
   write("5000000,0,379,48\n5000000,0,379,48\n");

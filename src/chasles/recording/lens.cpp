@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/lens.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/lens.hpp>
 
 namespace chasles {
 namespace {

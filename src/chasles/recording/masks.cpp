@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/masks.hpp>
 #include <chasles/codec/png_file.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/masks.hpp>
 
 namespace chasles {
 namespace {

@@ -34,7 +34,7 @@ TEST(Masks, AreReadInTheOrderOfTheCameras) {
   EXPECT_FALSE(second[1].empty());
 }
 
-TEST(Masks, WhatIsNoMaskOfTheCameraIsRefused) {
+TEST(Masks, WhatIsNoMaskOfTheCameraIsRejected) {
   const auto folder = test::scratch();
   const std::string large = (folder / "large.png").string(), text = (folder / "text").string();
   test::spill(large, test::encoded(test::picture(0, 9, 6)));
@@ -53,7 +53,7 @@ TEST(Masks, WhatIsNoMaskOfTheCameraIsRefused) {
 
 cv::Mat filled(int shade) { return {6, 8, CV_8UC1, cv::Scalar(shade)}; }
 
-TEST(Masks, OneThatCoversTheWholeImageIsRefused) {
+TEST(Masks, OneThatCoversTheWholeImageIsRejected) {
   const auto folder = test::scratch();
   const std::string black = (folder / "black.png").string();
   test::spill(black, test::encoded(filled(0)));

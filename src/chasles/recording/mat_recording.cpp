@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/mat_file.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/tracks.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

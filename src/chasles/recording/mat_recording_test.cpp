@@ -151,7 +151,7 @@ TEST_F(MatRecording, StatedVariancesBecomeStandardDeviations) {
   EXPECT_EQ(*r.pixel_sigma, Eigen::Vector4d(0.5, 1, 2, 4));
 }
 
-TEST_F(MatRecording, AVarianceThatIsNotPositiveIsRefused) {
+TEST_F(MatRecording, AVarianceThatIsNotPositiveIsRejected) {
   variables["y_var"] = {{4, 1}, {0.25, 0, 4, 16}};
   expect_parts(error(), {"y_var", "positive"});
 }
@@ -176,7 +176,7 @@ TEST_F(MatRecording, NumbersThatAreNotFiniteAreNamedWithTheirIndex) {
   expect_parts(error(), {"field 'y_k_j': value inf at index [2, 6, 3]"});
 }
 
-TEST_F(MatRecording, ImpossibleValuesAreRefused) {
+TEST_F(MatRecording, ImpossibleValuesAreRejected) {
   variables["t"].values[5] = variables["t"].values[4];
   expect_parts(error(), {"field 't': index [0, 5]", "rise strictly"});
   variables = variables_of(truth, kTracks);
@@ -187,7 +187,7 @@ TEST_F(MatRecording, ImpossibleValuesAreRefused) {
   expect_parts(error(), {"field 'C_c_v'", "reflection"});
 }
 
-TEST(MatFile, AMissingFileAndAForeignOneAreRefused) {
+TEST(MatFile, AMissingFileAndAForeignOneAreRejected) {
   const auto folder = test::scratch();
   expect_parts(input_error([&] { read_mat_recording(folder / "none.mat"); }),
                {"none.mat: no such file"});
@@ -209,7 +209,7 @@ TEST(MatFile, TextIsNoNumber) {
 }
 
 // libmatio would allocate gigabytes for these.
-TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
+TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRejected) {
   const auto folder = test::scratch();
   write_mat(folder / "whole.mat", variables_of(drive(Drive{.frames = 8, .tracks = 10}), 10),
             MAT_COMPRESSION_NONE);
@@ -231,7 +231,7 @@ TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
 
 // Any truncation gives an InputError, never a crash.
 // Numbers of one byte, which compress well, take eight as doubles.
-TEST(MatFile, AnArrayThatTakesMoreThanTheBudgetIsRefused) {
+TEST(MatFile, AnArrayThatTakesMoreThanTheBudgetIsRejected) {
   const auto file = test::scratch() / "a.mat";
   mat_t* mat = Mat_CreateVer(file.c_str(), nullptr, MAT_FT_MAT5);
   std::size_t shape[] = {1, 100'000};

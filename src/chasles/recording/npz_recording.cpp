@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/extrinsics.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/npz_archive.hpp>
+#include <chasles/recording/extrinsics.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/tracks.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -113,7 +113,7 @@ TEST_F(NpzRecording, AWellFormedExtrinsicIsLeftAlone) {
   expect_parts(r.remarks[0], {"cam_T_imu is taken as [C | rho], not as [C | -C rho]"});
 }
 
-TEST_F(NpzRecording, WhereADriveCannotTellTheKnownReadingIsTakenAndThatIsSaid) {
+TEST_F(NpzRecording, WhereADriveCannotDecideTheKnownReadingIsTakenAndReported) {
   truth = drive(Drive{.yaw_rate = 0, .tracks = kTracks});
   fields = test::npz_fields(truth, kTracks);
   const Recording r = read();
@@ -185,7 +185,7 @@ TEST_F(NpzRecording, ARepeatedObservationEndsItsLandmarkAndANewOneBegins) {
   EXPECT_EQ(kept.frames[2].observations[0].pixels, Eigen::Vector4d(402, 100, 380, 100));
 }
 
-TEST_F(NpzRecording, ACameraAtRestIsNoRepetition) {
+TEST_F(NpzRecording, ACameraAtStandstillIsNoRepetition) {
   clear();
   for (std::size_t k = 0; k < 6; ++k) set(0, k, {400, 100, 380, 100});
   const Recording r = read();
@@ -246,12 +246,12 @@ TEST_F(NpzRecording, TimesThatDoNotRiseAreNamedWithBothValues) {
                {"field 'time_stamps': index [0, 9]", "1000000000.799999", "rise strictly"});
 }
 
-TEST_F(NpzRecording, TimesBeyondNanosecondsAreRefused) {
+TEST_F(NpzRecording, TimesBeyondNanosecondsAreRejected) {
   fields["time_stamps"].values[0] = 1e300;
   expect_parts(error(), {"field 'time_stamps': value 1e+300 at index [0, 0]"});
 }
 
-TEST_F(NpzRecording, AnImpossibleCameraIsRefused) {
+TEST_F(NpzRecording, AnImpossibleCameraIsRejected) {
   fields["K"].values[1] = 0.5;
   expect_parts(error(), {"field 'K'", "0.5", "expected a pinhole matrix"});
   fields = test::npz_fields(truth, kTracks);
@@ -262,7 +262,7 @@ TEST_F(NpzRecording, AnImpossibleCameraIsRefused) {
   expect_parts(error(), {"field 'b': the baseline: is 0, expected a positive number"});
 }
 
-TEST_F(NpzRecording, AnImpossibleExtrinsicIsRefused) {
+TEST_F(NpzRecording, AnImpossibleExtrinsicIsRejected) {
   fields["cam_T_imu"].values[1] = -1.1;
   expect_parts(error(), {"field 'cam_T_imu'", "is not a rotation", "0.21"});
   fields = test::npz_fields(truth, kTracks);
@@ -273,12 +273,12 @@ TEST_F(NpzRecording, AnImpossibleExtrinsicIsRefused) {
   expect_parts(error(), {"field 'cam_T_imu'", "the last row is (3, 0, 0, 1)"});
 }
 
-TEST_F(NpzRecording, AFieldOfObjectsIsRefused) {
+TEST_F(NpzRecording, AFieldOfObjectsIsRejected) {
   fields["K"].descr = "|O";
   expect_parts(error(), {"field 'K': has dtype '|O'"});
 }
 
-TEST(NpzArchive, AMissingFileAForeignFileAndAnEmptyOneAreRefused) {
+TEST(NpzArchive, AMissingFileAForeignFileAndAnEmptyOneAreRejected) {
   const auto folder = test::scratch();
   expect_parts(input_error([&] { read_npz_recording(folder / "none.npz"); }),
                {"none.npz: no such file"});
@@ -319,7 +319,7 @@ TEST(NpzArchive, NoTruncationAndNoDamageCrashes) {
   }
 }
 
-TEST(NpzArchive, EntriesThatLieAboutTheirSizeAreRefused) {
+TEST(NpzArchive, EntriesThatLieAboutTheirSizeAreRejected) {
   const auto folder = test::scratch();
   const std::string claim =
       test::npy_header("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 500000000), }");

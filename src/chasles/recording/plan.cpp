@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/csv.hpp>
-#include <chasles/recording/plan.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/csv.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/plan.hpp>
 
 namespace chasles {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <chasles/recording/plan.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include <chasles/codec/parse.hpp>
-#include <chasles/recording/pose_columns.hpp>
 #include <chasles/codec/text_file.hpp>
+#include <chasles/recording/pose_columns.hpp>
 
 namespace chasles {
 namespace {

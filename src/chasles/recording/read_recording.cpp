@@ -5,18 +5,18 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/foreign_files.hpp>
+#include <chasles/codec/gzip.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/bag_paths.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
 #include <chasles/recording/euroc_tables.hpp>
-#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
-#include <chasles/codec/gzip.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -41,8 +41,8 @@ std::string first_bytes(const std::filesystem::path& file) {
   throw InputError(fmt::format("{}: {}, expected {}", path.string(), what, kKnownKinds));
 }
 
-// Refuses what is known to be no recording, with what to do.
-void refuse_foreign(const std::filesystem::path& path, const std::optional<std::string>& verdict) {
+// Rejects what is known to be no recording, with what to do.
+void reject_foreign(const std::filesystem::path& path, const std::optional<std::string>& verdict) {
   if (verdict) throw InputError(fmt::format("{}: {}", path.string(), *verdict));
 }
 
@@ -55,13 +55,13 @@ Recording read_folder(const std::filesystem::path& folder, std::size_t cameras) 
   if (is_kitti_raw_folder(folder)) return read_kitti_raw_recording(folder, cameras);
   if (is_kitti_odometry_folder(folder)) return read_kitti_odometry_recording(folder, cameras);
   if (holds("states.csv") && holds("summary.json")) {
-    refuse_foreign(folder, foreign_folder(folder));  // a run may hold images/ too
+    reject_foreign(folder, foreign_folder(folder));  // a run may hold images/ too
   }
   if (is_image_folder(folder)) return read_image_folder_recording(folder, cameras);
   if (holds("calibration.yaml")) return read_folder_recording(folder);
   if (holds("tracks.csv") || holds("tracks.csv.gz")) return read_april_recording(folder);
   if (is_bag_folder(folder)) return read_bag_recording(folder, cameras);
-  refuse_foreign(folder, foreign_folder(folder));
+  reject_foreign(folder, foreign_folder(folder));
   unknown(folder, "the folder holds no calibration.yaml nor any other first file of a recording");
 }
 
@@ -79,7 +79,7 @@ Recording read_packed(const std::filesystem::path& path, const std::string& firs
   const std::string_view packed = packed_as(first);
   const std::string bytes = first_unpacked(path, first.size());
   if (begins_bag(bytes)) return read_bag_recording(path, settings.cameras);
-  refuse_foreign(path, foreign_file(path, bytes.empty() ? first : bytes));
+  reject_foreign(path, foreign_file(path, bytes.empty() ? first : bytes));
   if (packed == "gz") return read_table(path);
   unknown(path, fmt::format("is compressed as a whole ({}), and what it holds is of no known kind",
                             packed));
@@ -89,7 +89,7 @@ Recording read_file_recording(const std::filesystem::path& path, const ReaderSet
   std::string bytes = first_bytes(path);
   remove_byte_order_mark(bytes);
   if (!packed_as(bytes).empty()) return read_packed(path, bytes, settings);
-  refuse_foreign(path, foreign_file(path, bytes));
+  reject_foreign(path, foreign_file(path, bytes));
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06")) {
     return read_npz_recording(path, settings);
   }

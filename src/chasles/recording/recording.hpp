@@ -7,11 +7,11 @@
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/stereo.hpp>
+#include <chasles/codec/image_source.hpp>
+#include <chasles/lie/truth_pairing.hpp>
 #include <chasles/recording/events.hpp>
 #include <chasles/recording/georeference.hpp>
-#include <chasles/codec/image_source.hpp>
 #include <chasles/recording/plan.hpp>
-#include <chasles/lie/truth_pairing.hpp>
 
 namespace chasles {
 

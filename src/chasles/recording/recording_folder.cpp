@@ -4,15 +4,15 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/calibration.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/calibration.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/inertial_tables.hpp>
-#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/truth_table.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -171,7 +171,7 @@ void write_true_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::
 }
 
 // Rejects a file that the calibration does not mention; it would be ignored silently.
-void refuse(const fs::path& file, const std::string& missing) {
+void reject(const fs::path& file, const std::string& missing) {
   if (!fs::exists(file)) return;
   throw InputError(
       fmt::format("{}: is there, but calibration.yaml has no {}: expected both or "
@@ -186,7 +186,7 @@ void read_motion_tables(const fs::path& folder, const FolderCalibration& calibra
     recording.imu = read_imu(imu);
     leave_out_not_finite(imu, recording);
   } else {
-    refuse(imu, "imu_convention");
+    reject(imu, "imu_convention");
   }
   if (!calibration.imu_convention || fs::exists(velocities)) {
     recording.velocities = read_velocities(velocities);
@@ -194,7 +194,7 @@ void read_motion_tables(const fs::path& folder, const FolderCalibration& calibra
 }
 
 // Tracks have one table of times for all cameras.
-void refuse_time_offsets(const fs::path& file, const FolderCalibration& calibration) {
+void reject_time_offsets(const fs::path& file, const FolderCalibration& calibration) {
   for (const Time offset : calibration.time_offsets) {
     if (offset == Time::zero()) continue;
     throw InputError(fmt::format(
@@ -213,12 +213,12 @@ void read_frame_tables(const fs::path& folder, const FolderCalibration& calibrat
   if (calibration.rig) {
     read_features(features, recording.frames);
   } else {
-    refuse(features, "rig (fx, fy, cx, cy, baseline, cam0_T_imu)");
+    reject(features, "rig (fx, fy, cx, cy, baseline, cam0_T_imu)");
   }
   if (cameras > 0) {
     read_pixels(pixels, cameras, recording.frames);
   } else {
-    refuse(pixels, "cameras");
+    reject(pixels, "cameras");
   }
   check_frames(folder, recording.frames, counts);
 }
@@ -265,7 +265,7 @@ Recording read_folder_recording(const fs::path& folder) {
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
   recording.truth_level = calibration.truth_level;
   recording.remarks = calibration.remarks;
-  refuse_time_offsets(folder / "calibration.yaml", calibration);
+  reject_time_offsets(folder / "calibration.yaml", calibration);
   read_motion_tables(folder, calibration, recording);
   read_frame_tables(folder, calibration, recording);
   read_truth_tables(folder, recording);

@@ -205,7 +205,7 @@ TEST_F(InertialFolder, TheTrueMotionIsThatOfTheTruth) {
                {"true_motion.csv:2: column 'bgx': found 'nan'"});
 }
 
-TEST_F(InertialFolder, FilesThatTheCalibrationDoesNotKnowAreRefused) {
+TEST_F(InertialFolder, FilesThatTheCalibrationDoesNotKnowAreRejected) {
   expect_parts(error("calibration.yaml", "imu_convention: interval-mean\n", ""),
                {"imu.csv: is there, but calibration.yaml has no imu_convention"});
   test::spill(folder / "velocities.csv", "time_ns,vx,vy,vz,wx,wy,wz\n");

@@ -76,7 +76,7 @@ TEST_F(RecordingFolder, StatesItsNoiseWhereItIsKnown) {
   EXPECT_EQ(*r.pixel_sigma, *recording.pixel_sigma);
 }
 
-TEST_F(RecordingFolder, StatedNoiseThatIsNoNoiseIsRefusedWithItsLine) {
+TEST_F(RecordingFolder, StatedNoiseThatIsNoNoiseIsRejectedWithItsLine) {
   recording.velocity_sigma = BodyVelocitySigma{.linear = {0.1, 0.2, 0.3}, .angular = {1, 2, 3}};
   recording.pixel_sigma = Eigen::Vector4d(0.5, 0.5, 0.5, 0.5);
   expect_parts(error("calibration.yaml", "[0.1, 0.2, 0.3]", "[0.1, -0.2, 0.3]"),
@@ -140,7 +140,7 @@ TEST_F(RecordingFolder, TablesAreChecked) {
   expect_parts(input_error([&] { read_folder_recording(folder); }), {"frames.csv: no such file"});
 }
 
-TEST_F(RecordingFolder, ALandmarkSeenTwiceInAFrameIsRefused) {
+TEST_F(RecordingFolder, ALandmarkSeenTwiceInAFrameIsRejected) {
   recording.frames[3].observations.push_back(recording.frames[3].observations.front());
   write_folder_recording(recording, folder);
   expect_parts(input_error([&] { read_folder_recording(folder); }),
@@ -164,7 +164,7 @@ TEST_F(RecordingFolder, ATruncatedFileIsNoticed) {
   }
 }
 
-TEST(ReadRecording, UnknownKindsAreRefusedWithWhatIsKnown) {
+TEST(ReadRecording, UnknownKindsAreRejectedWithWhatIsKnown) {
   const auto folder = test::scratch();
   expect_parts(input_error([&] { read_recording(folder / "none"); }),
                {"none: no such file or folder", "ECE276A .npz"});
@@ -176,7 +176,7 @@ TEST(ReadRecording, UnknownKindsAreRefusedWithWhatIsKnown) {
   expect_parts(input_error([&] { read_recording(folder / "a.mat"); }), {"is empty"});
 }
 
-TEST(ReadRecording, TheKindIsToldByContentNotByName) {
+TEST(ReadRecording, TheKindIsRecognisedByContentNotByName) {
   const auto file = test::scratch() / "drive.dat";
   write_npz(file, test::npz_fields(drive(Drive{.frames = 6, .tracks = 4}), 4));
   EXPECT_EQ(read_recording(file).frames.size(), 6u);

@@ -144,7 +144,7 @@ TEST(RealRecordings, StarryNightHoldsTheTruthOfPosesAndLandmarks) {
   const Recording r = read_recording(*folder / "stars/dataset3.mat");
   ASSERT_EQ(r.frames.size(), 1900u);
   EXPECT_EQ(r.true_landmarks.size(), 20u);
-  EXPECT_EQ(count(r), 9410u) << "nothing is stale where the vehicle rests";
+  EXPECT_EQ(count(r), 9410u) << "nothing is stale where the vehicle stands";
   expect_truth(r, read_tum(*folder / "ground_truth/starrynight_dataset3_gt_vehicle.tum"));
   // The true landmarks, projected from the true poses, agree with the observations: a median of a
   // few pixels.

@@ -139,7 +139,7 @@ TEST(SampleBatches, OfATableAreSpread) {
   expect_parts(recording.remarks.at(0), {"200 of 200 IMU samples", "in batches of 2 to 5"});
 }
 
-TEST(SampleBatches, RoundedStampsAreStillRefused) {
+TEST(SampleBatches, RoundedStampsAreStillRejected) {
   Recording recording;
   recording.imu = smooth(2000);
   for (ImuSample& sample : recording.imu) {

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/calibration.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/foreign_calibration.hpp>
 #include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -3,14 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
 #include <chasles/codec/gzip.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/imu_columns.hpp>
 #include <chasles/recording/sensor_tables.hpp>
 #include <chasles/recording/split_imu.hpp>
 #include <chasles/recording/table_times.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 using test::expect_parts;
 using test::input_error;
 
-const char* const kChain =
+const char* const kCameraChain =
     "cam0:\n  T_cam_imu: [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
     "  camera_model: pinhole\n  distortion_model: none\n  distortion_coeffs: []\n"
     "  intrinsics: [4, 4, 3.5, 2.5]\n  resolution: [8, 6]\n";
@@ -32,7 +32,7 @@ class SensorTablesFolder : public ::testing::Test {
   void SetUp() override {
     folder = test::scratch() / "rec";
     fs::create_directories(folder / "images/cam0");
-    test::spill(folder / "camchain-imucam.yaml", kChain);
+    test::spill(folder / "camchain-imucam.yaml", kCameraChain);
     test::spill(folder / "imu.yaml", kNoise);
     for (int k = 0; k < test::kFrames; ++k) {
       test::spill(folder / "images/cam0" / (test::stamp_of(k) + ".png"),
@@ -61,7 +61,7 @@ class SensorTablesFolder : public ::testing::Test {
     }
     return r;
   }
-  std::string refusal() const {
+  std::string rejection() const {
     return input_error([&] { read_recording(folder); });
   }
   fs::path folder;
@@ -88,7 +88,7 @@ TEST_F(SensorTablesFolder, ThoseOfAPhoneAppAreReadByTheirColumns) {
   const char* const head = "time,seconds_elapsed,z,y,x";
   spill("Gyroscope.csv", table(head, app({0, -0.2, 0.3}, 0.01, 0)));
   spill("Accelerometer.csv", table(head, app({0.1, 0.2, 0.1}, 0.001, 2)));
-  expect_parts(refusal(),
+  expect_parts(rejection(),
                {"Accelerometer.csv: the median", "without gravity", "TotalAcceleration.csv"});
   spill("TotalAcceleration.csv", table(head, app({0.1, 0.2, 9.5}, 0.001, 2)));
   const Recording r = expect_joined();
@@ -118,17 +118,17 @@ TEST_F(SensorTablesFolder, UnitsInBracketsAndOtherSeparatorsAreRead) {
 TEST_F(SensorTablesFolder, OneSensorAloneIsNamed) {
   spill_plain("accel.csv", "gyro.csv");
   fs::remove(folder / "gyro.csv");
-  expect_parts(refusal(), {"has accel.csv, but no table of the gyroscope and no imu.csv"});
+  expect_parts(rejection(), {"has accel.csv, but no table of the gyroscope and no imu.csv"});
   spill_plain("accel.csv", "gyro.csv");
   fs::remove(folder / "accel.csv");
-  expect_parts(refusal(), {"has gyro.csv, but no table of the accelerometer"});
+  expect_parts(rejection(), {"has gyro.csv, but no table of the accelerometer"});
 }
 
 TEST_F(SensorTablesFolder, WhatATableLacksIsNamedWithItsColumns) {
   spill_plain("accel.csv", "gyro.csv");
   const auto with = [&](const std::string& head) {
     spill("gyro.csv", table(head, [](std::int64_t t, int) { return fmt::format("{},1,2,3", t); }));
-    return refusal();
+    return rejection();
   };
   expect_parts(with("timestamp,wx,wy,temperature"), {"gyro.csv:1", "wx,wy", "no three"});
   expect_parts(with("row,wx,wy,wz"), {"none is a time"});
@@ -136,7 +136,7 @@ TEST_F(SensorTablesFolder, WhatATableLacksIsNamedWithItsColumns) {
   spill("accel.csv",
         table("time,x,y,z", [](std::int64_t t, int) { return fmt::format("{},0,0,1.01", t); }));
   spill_plain("unused.csv", "gyro.csv");
-  expect_parts(refusal(), {"are they in g", "x (g)"});
+  expect_parts(rejection(), {"are they in g", "x (g)"});
 }
 
 TEST_F(SensorTablesFolder, EurocsLayoutMayHaveThemApart) {
@@ -202,12 +202,12 @@ TEST_F(SensorTablesFolder, WhatTheTableOfBothSensorsMayBeEachMayBe) {
   expect_joined();
 }
 
-TEST_F(SensorTablesFolder, TheOtherSensorsAxesAreRefused) {
+TEST_F(SensorTablesFolder, TheOtherSensorsAxesAreRejected) {
   spill_plain("gyro.csv", "accel.csv");
-  expect_parts(refusal(), {"accel.csv:1", "wx, … are those of the gyroscope"});
+  expect_parts(rejection(), {"accel.csv:1", "wx, … are those of the gyroscope"});
   spill_plain("accel.csv", "gyro.csv");
   fs::copy_file(folder / "accel.csv", folder / "gyro.csv", fs::copy_options::overwrite_existing);
-  expect_parts(refusal(), {"gyro.csv:1", "ax, … are those of the accelerometer"});
+  expect_parts(rejection(), {"gyro.csv:1", "ax, … are those of the accelerometer"});
 }
 
 }  // namespace

@@ -4,13 +4,13 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
+#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/sample_batches.hpp>
 #include <chasles/recording/split_imu.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/base/error.hpp>
-#include <chasles/base/median.hpp>
 
 namespace chasles {
 namespace {

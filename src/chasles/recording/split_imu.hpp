@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/imu/join_imu.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

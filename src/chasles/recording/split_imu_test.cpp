@@ -45,7 +45,7 @@ Recording joined(const SensorStream& forces, const SensorStream& rates) {
   return r;
 }
 
-std::string refusal(const SensorStream& forces, const SensorStream& rates) {
+std::string rejection(const SensorStream& forces, const SensorStream& rates) {
   return input_error([&] { joined(forces, rates); });
 }
 
@@ -119,24 +119,24 @@ TEST(SplitImu, ARangeThatTheAccelerometerShowsMarksTheSamples) {
   EXPECT_EQ(clipped, 16u);  // between 39 and 44 periods of 16 ms
 }
 
-TEST(SplitImu, WhatCannotBeJoinedIsRefusedWithTheReason) {
-  expect_parts(refusal(accel(5, seconds(1)), gyro(900)),
+TEST(SplitImu, WhatCannotBeJoinedIsRejectedWithTheReason) {
+  expect_parts(rejection(accel(5, seconds(1)), gyro(900)),
                {"walk: /accel", "accelerometer has 5 samples, at 1 Hz", "expected 20 Hz or more"});
-  expect_parts(refusal(accel(300), gyro(5, seconds(1))), {"/gyro", "gyroscope has 5 samples"});
-  expect_parts(refusal(stream("/accel", 100, milliseconds(16), seconds(5)), gyro()),
+  expect_parts(rejection(accel(300), gyro(5, seconds(1))), {"/gyro", "gyroscope has 5 samples"});
+  expect_parts(rejection(stream("/accel", 100, milliseconds(16), seconds(5)), gyro()),
                {"accelerometer samples of /accel from 5.000 s (no date",
                 "gyroscope samples of "
                 "/gyro from 1600000000.000 s",
                 "counts since boot"});
-  expect_parts(refusal(stream("/accel", 100, milliseconds(16), seconds(1'600'003'600)), gyro()),
+  expect_parts(rejection(stream("/accel", 100, milliseconds(16), seconds(1'600'003'600)), gyro()),
                {"1.00 h"});
-  expect_parts(refusal(accel(0), gyro()), {"/accel: holds no sample", "accelerometer"});
+  expect_parts(rejection(accel(0), gyro()), {"/accel: holds no sample", "accelerometer"});
   SensorStream unknown = gyro();
   for (AxesSample& s : unknown.samples) s.value.x() = NAN;
-  expect_parts(refusal(accel(), unknown), {"/gyro", "none of the 300", "finite"});
+  expect_parts(rejection(accel(), unknown), {"/gyro", "none of the 300", "finite"});
   SensorStream same = accel();
   for (AxesSample& s : same.samples) s.time = seconds(1);
-  expect_parts(refusal(same, gyro()), {"only 1 different time"});
+  expect_parts(rejection(same, gyro()), {"only 1 different time"});
   Recording means = recording();
   means.imu_convention = ImuConvention::kIntervalMean;
   expect_parts(input_error([&] {
@@ -156,7 +156,7 @@ TEST(SplitImu, ASensorWithTooManyLongIntervalsIsTooSlow) {
     return forces;
   };
   const SensorStream rates = gyro(2000);
-  expect_parts(refusal(jittered(std::chrono::microseconds(47600), milliseconds(6)), rates),
+  expect_parts(rejection(jittered(std::chrono::microseconds(47600), milliseconds(6)), rates),
                {"walk: /accel", "% of the intervals", "longer than 0.05 s",
                 "the accelerometer is too slow", "20 Hz or more"});
   EXPECT_GT(joined(jittered(milliseconds(40), milliseconds(3)), rates).imu.size(), 1500u);

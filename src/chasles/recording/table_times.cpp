@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/parse.hpp>
-#include <chasles/recording/table_times.hpp>
-#include <chasles/codec/time_text.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/parse.hpp>
+#include <chasles/codec/time_text.hpp>
+#include <chasles/recording/table_times.hpp>
 
 namespace chasles {
 namespace {

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include <chasles/recording/imu_columns.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/recording/imu_columns.hpp>
 
 namespace chasles {
 
@@ -26,7 +26,7 @@ void add_time(const CsvReader& csv, TableTimes& times);
 /// unit that was taken, on times whose digits make coarse steps, and on a second column of times.
 ///
 /// Throws InputError with file, line and column for a text that is no time, for a stated unit in
-/// which the rows are less than a nanosecond apart, and for digits that do not tell rows apart.
+/// which the rows are less than a nanosecond apart, and for digits that do not distinguish rows.
 std::vector<Time> read_table_times(const CsvReader& csv, const std::string& file,
                                    const std::string& table, const TableTimes& times,
                                    std::vector<std::string>& remarks);

@@ -16,9 +16,9 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/lie/testing.hpp>
+#include <chasles/recording/recording.hpp>
 
 // Shared by the tests of this folder.
 namespace chasles::test {

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/column_names.hpp>
-#include <chasles/recording/imu_columns.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/column_names.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/imu_columns.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <chasles/recording/time_spans.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/recording/time_spans.hpp>
 
 namespace chasles {
 namespace {

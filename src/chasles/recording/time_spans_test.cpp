@@ -23,7 +23,7 @@ Recording recording(Time imu, Time frames, int imu_unit = 1, int frame_unit = 1)
   return r;
 }
 
-std::string refusal(const Recording& r) {
+std::string rejection(const Recording& r) {
   return input_error([&] { check_time_spans("walk", r); });
 }
 
@@ -39,32 +39,32 @@ TEST(TimeSpans, FramesWithinTheSamplesAreRight) {
 }
 
 TEST(TimeSpans, ClocksThatDoNotOverlapAreNamedWithBothSpans) {
-  expect_parts(refusal(recording(seconds(5), kNow)),
+  expect_parts(rejection(recording(seconds(5), kNow)),
                {"walk: 401 IMU samples from 5.000 s (no date: since boot",
                 "1600000000.000 s (2020-09-13 12:26:40 UTC)", "IMU samples counts since boot"});
-  expect_parts(refusal(recording(kNow, seconds(5))), {"clock of the frames counts since boot"});
-  expect_parts(refusal(recording(kNow, kNow + seconds(7200))), {"2.00 h", "local time"});
-  expect_parts(refusal(recording(kNow, kNow + seconds(3000))), {"of the same recording"});
+  expect_parts(rejection(recording(kNow, seconds(5))), {"clock of the frames counts since boot"});
+  expect_parts(rejection(recording(kNow, kNow + seconds(7200))), {"2.00 h", "local time"});
+  expect_parts(rejection(recording(kNow, kNow + seconds(3000))), {"of the same recording"});
   for (const int shift : {-10, 10}) {  // no time zone is so near
-    const std::string near = refusal(recording(kNow, kNow + seconds(shift)));
+    const std::string near = rejection(recording(kNow, kNow + seconds(shift)));
     expect_parts(near, {"of the same recording"});
     EXPECT_EQ(near.find("0.00 h"), std::string::npos) << near;
   }
-  expect_parts(refusal(recording(kNow, kNow - seconds(900))), {"-0.25 h"});
+  expect_parts(rejection(recording(kNow, kNow - seconds(900))), {"-0.25 h"});
 }
 
 TEST(TimeSpans, OtherUnitsAreRecognised) {
-  expect_parts(refusal(recording(kNow, kNow, 1000, 1000)),
+  expect_parts(rejection(recording(kNow, kNow, 1000, 1000)),
                {"at 2e+05 Hz", "microseconds (then 200 Hz)? Multiply them by 1000"});
-  expect_parts(refusal(recording(kNow, kNow, 1'000'000)),
+  expect_parts(rejection(recording(kNow, kNow, 1'000'000)),
                {"IMU samples", "milliseconds (then 200 Hz)"});
-  expect_parts(refusal(recording(kNow, kNow, 1, 1000)),
+  expect_parts(rejection(recording(kNow, kNow, 1, 1000)),
                {"40 frames", "at 2e+04 Hz", "microseconds (then 20 Hz)", "401 IMU samples from"});
   // A slow sensor in a wrong unit has a rate that could be.
   Recording slow = recording(kNow, kNow);
   slow.imu.clear();
   for (int k = 0; k < 3; ++k) slow.velocities.push_back({.time = (kNow + k * seconds(1)) / 1000});
-  expect_parts(refusal(slow), {"body velocities", "microseconds, not nanoseconds"});
+  expect_parts(rejection(slow), {"body velocities", "microseconds, not nanoseconds"});
 }
 
 TEST(TimeSpans, StampsThatRepeatAreNamed) {

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/recording/tracks.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/bag_paths.hpp>
 #include <chasles/recording/bags/ros_messages.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -12,16 +12,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
-#include <chasles/recording/pose_columns.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/time_order.hpp>
-#include <chasles/recording/truth_table.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/pose_columns.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/recording/truth_table.hpp>
 
 namespace chasles {
 namespace {

@@ -8,7 +8,7 @@ namespace {
 using test::expect_parts;
 using test::input_error;
 
-Trajectory read(const std::string& text) {
+Trajectory read_text(const std::string& text) {
   const auto file = test::scratch() / "t.tum";
   test::spill(file, text);
   return read_tum(file);
@@ -42,18 +42,18 @@ TEST(Tum, TimesBeforeZeroAreKept) {
 }
 
 TEST(Tum, TheVariancesThatOpenVinsAppendsAreNotRead) {
-  const Trajectory t = read("0 1 2 3 0 0 0 1 9 9 9 9 9 9\n");
+  const Trajectory t = read_text("0 1 2 3 0 0 0 1 9 9 9 9 9 9\n");
   EXPECT_EQ(t.at(0).pose.p, Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(Tum, AQuarterTurnAboutTheVerticalTurnsForwardToLeft) {
-  const Trajectory t = read("0 1 2 3 0 0 0.70710678 0.70710678\n");
+  const Trajectory t = read_text("0 1 2 3 0 0 0.70710678 0.70710678\n");
   EXPECT_LT((t.at(0).pose.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-9);
   EXPECT_EQ(t[0].pose.p, Eigen::Vector3d(1, 2, 3));
 }
 
 TEST(Tum, CommentsBlankLinesTabsCarriageReturnsAndExponentsAreTaken) {
-  const Trajectory t = read(
+  const Trajectory t = read_text(
       "# a comment\r\n\r\n  1317384506.402997001  1 2 3\t0 0 0 1 \r\n"
       "   # another\n1.3173845065e9 +1e0 2 3 0 0 0 1");
   ASSERT_EQ(t.size(), 2u);
@@ -63,21 +63,21 @@ TEST(Tum, CommentsBlankLinesTabsCarriageReturnsAndExponentsAreTaken) {
 }
 
 TEST(Tum, DecimalsBeyondANanosecondAreRounded) {
-  EXPECT_EQ(read("1.0000000014 0 0 0 0 0 0 1").at(0).time.count(), 1000000001);
-  EXPECT_EQ(read("1.0000000016 0 0 0 0 0 0 1").at(0).time.count(), 1000000002);
-  EXPECT_EQ(read("1.9999999996 0 0 0 0 0 0 1").at(0).time.count(), 2000000000);
-  EXPECT_EQ(read("3 0 0 0 0 0 0 1").at(0).time.count(), 3000000000);
+  EXPECT_EQ(read_text("1.0000000014 0 0 0 0 0 0 1").at(0).time.count(), 1000000001);
+  EXPECT_EQ(read_text("1.0000000016 0 0 0 0 0 0 1").at(0).time.count(), 1000000002);
+  EXPECT_EQ(read_text("1.9999999996 0 0 0 0 0 0 1").at(0).time.count(), 2000000000);
+  EXPECT_EQ(read_text("3 0 0 0 0 0 0 1").at(0).time.count(), 3000000000);
 }
 
 TEST(Tum, CommasAndAByteOrderMarkAreTaken) {
-  const Trajectory t = read(
+  const Trajectory t = read_text(
       "\xef\xbb\xbf# timestamp tx ty tz qx qy qz qw\n1.5,1,2,3,0,0,0,1\n"
       "2.5, 4, 5, 6, 0, 0, 0, 1\r\n");
   ASSERT_EQ(t.size(), 2u);
   EXPECT_EQ(t[0].time.count(), 1'500'000'000);
   EXPECT_EQ(t[1].pose.p, Eigen::Vector3d(4, 5, 6));
-  EXPECT_EQ(read("\xef\xbb\xbf"
-                 "1.5 1 2 3 0 0 0 1")
+  EXPECT_EQ(read_text("\xef\xbb\xbf"
+                      "1.5 1 2 3 0 0 0 1")
                 .at(0)
                 .pose.p,
             Eigen::Vector3d(1, 2, 3));
@@ -86,14 +86,16 @@ TEST(Tum, CommasAndAByteOrderMarkAreTaken) {
 TEST(Tum, TimesMayBeMilliMicroOrNanoseconds) {
   for (const char* time : {"1403636580.123456789", "1403636580123.456789", "1403636580123456.789",
                            "1403636580123456789", "1403636580123456789.000000"}) {
-    EXPECT_EQ(read(std::string(time) + " 1 2 3 0 0 0 1").at(0).time.count(), 1403636580123456789)
+    EXPECT_EQ(read_text(std::string(time) + " 1 2 3 0 0 0 1").at(0).time.count(),
+              1403636580123456789)
         << time;
   }
-  EXPECT_EQ(read("-1403636580123456789 1 2 3 0 0 0 1").at(0).time.count(), -1403636580123456789);
-  EXPECT_NEAR(static_cast<double>(read("1.403636580123e18 1 2 3 0 0 0 1").at(0).time.count()),
+  EXPECT_EQ(read_text("-1403636580123456789 1 2 3 0 0 0 1").at(0).time.count(),
+            -1403636580123456789);
+  EXPECT_NEAR(static_cast<double>(read_text("1.403636580123e18 1 2 3 0 0 0 1").at(0).time.count()),
               1.403636580123e18, 1e3);
   // The unit that the first line names counts also for small times.
-  EXPECT_EQ(read("#time_ns,x,y,z,qx,qy,qz,qw\n7,1,2,3,0,0,0,1\n").at(0).time.count(), 7);
+  EXPECT_EQ(read_text("#time_ns,x,y,z,qx,qy,qz,qw\n7,1,2,3,0,0,0,1\n").at(0).time.count(), 7);
 }
 
 TEST(Tum, ColumnsAreTakenByTheirNames) {
@@ -108,14 +110,14 @@ TEST(Tum, ColumnsAreTakenByTheirNames) {
         names + ", v_RS_R_x [m s^-1], v_RS_R_y [m s^-1]\r\n" + row + ",9,9\r\n",
         "time,px,py,pz,qw,qx,qy,qz\n" + row,
         "# t x y z q_w q_x q_y q_z\n1403636580 1 2 3 " + half + " 0 0 " + half + "\n"}) {
-    const Trajectory t = read(text);
+    const Trajectory t = read_text(text);
     ASSERT_EQ(t.size(), 1u) << text;
     EXPECT_EQ(t[0].time.count(), 1403636580000000000) << text;
     EXPECT_EQ(t[0].pose.p, Eigen::Vector3d(1, 2, 3)) << text;
     EXPECT_LT((t[0].pose.R * Eigen::Vector3d::UnitX() - left).norm(), 1e-8) << text;
   }
   // Names of TUM's columns with more words are a comment.
-  EXPECT_EQ(read("# t tx ty tz qx qy qz qw of the IMU\n1 2 3 4 0 0 0 1").size(), 1u);
+  EXPECT_EQ(read_text("# t tx ty tz qx qy qz qw of the IMU\n1 2 3 4 0 0 0 1").size(), 1u);
 }
 
 // sensor.yaml states where EuRoC's marker is on the body.
@@ -135,7 +137,9 @@ TEST(Tum, ThePoseOfAMarkerIsMovedToTheBody) {
 }
 
 TEST(Tum, OtherTablesAreNamed) {
-  const auto message = [&](const std::string& text) { return input_error([&] { read(text); }); };
+  const auto message = [&](const std::string& text) {
+    return input_error([&] { read_text(text); });
+  };
   const std::string leica = "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n1,2,3,4\n";
   expect_parts(message(leica),
                {"t.tum:2: has 4 columns", "times and positions alone, as in EuRoC's leica0"});
@@ -163,7 +167,9 @@ TEST(Tum, TheSamePosesAreReadFromEveryForm) {
 
 TEST(Tum, ErrorsNameFileAndLine) {
   const std::string good = "1 0 0 0 0 0 0 1\n";
-  const auto message = [&](const std::string& text) { return input_error([&] { read(text); }); };
+  const auto message = [&](const std::string& text) {
+    return input_error([&] { read_text(text); });
+  };
   expect_parts(message(good + "2 0 0 0 0 0 1\n"), {"t.tum:2: has 7 columns, expected 8"});
   expect_parts(message(good + "\n2 0 0 0 0 0 0 1 9\n"), {"t.tum:3: has 9 columns, expected 8"});
   expect_parts(message("1 0 0 x 0 0 0 1\n"), {"t.tum:1: tz: found 'x', expected a number"});
@@ -179,7 +185,7 @@ TEST(Tum, ErrorsNameFileAndLine) {
 }
 
 TEST(Tum, AQuaternionOfNearlyUnitLengthIsNormalised) {
-  const Eigen::Matrix3d R = read("1 0 0 0 0 0 0.7071 0.7077\n").at(0).pose.R;
+  const Eigen::Matrix3d R = read_text("1 0 0 0 0 0 0.7071 0.7077\n").at(0).pose.R;
   EXPECT_LT((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 1e-14);
 }
 
@@ -268,7 +274,7 @@ TEST(Tum, TablesOfOtherProgramsAreRead) {
                     "1403636580,0;1,0;2,0;3,0;0;0;0,70710678;0,70710678\n"),
         "1403636580 1 2 3 0 0 " + half + " " + half + " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1" +
             "\n"}) {
-    const Trajectory t = read(text);
+    const Trajectory t = read_text(text);
     ASSERT_EQ(t.size(), 1u) << text;
     EXPECT_EQ(t[0].time, std::chrono::seconds(1403636580)) << text;
     EXPECT_EQ(t[0].pose.p, Eigen::Vector3d(1, 2, 3)) << text;
@@ -278,7 +284,7 @@ TEST(Tum, TablesOfOtherProgramsAreRead) {
 }
 
 TEST(Tum, AQuaternionBeforeThePositionIsNamed) {
-  expect_parts(input_error([] { read("1 0 0 0.6 0.8 5 6 7\n"); }),
+  expect_parts(input_error([] { read_text("1 0 0 0.6 0.8 5 6 7\n"); }),
                {"t.tum:1: ", "the quaternion comes before the position", "# t qx qy qz qw"});
 }
 

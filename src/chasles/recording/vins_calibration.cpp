@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/foreign_calibration.hpp>
-#include <chasles/recording/lens.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/recording/lens.hpp>
 
 namespace chasles {
 namespace {

@@ -2,11 +2,11 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration.hpp>
 #include <chasles/recording/imu_noise.hpp>
 #include <chasles/recording/imu_range.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/codec/utf8.hpp>
 
 namespace chasles {
 namespace {

@@ -6,14 +6,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/image_encode.hpp>
+#include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/imu_noise.hpp>
 #include <chasles/recording/imu_range.hpp>
-#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/write_euroc.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

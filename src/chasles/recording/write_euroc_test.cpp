@@ -312,30 +312,30 @@ TEST(WriteEuroc, AFullDiskIsAnError) {
   test::expect_parts(message, {"data.csv: cannot be written", "File too large"});
 }
 
-TEST(WriteEuroc, RefusesARecordingThatDoesNotFit) {
+TEST(WriteEuroc, RejectsARecordingThatDoesNotFit) {
   const fs::path folder = test::scratch() / "rec";
-  const auto refused = [&](const Recording& r) {
+  const auto rejected = [&](const Recording& r) {
     return usage_error([&] { write_euroc(r, folder); });
   };
   Recording r = example_recording();
   r.images = nullptr;
-  test::expect_parts(refused(r), {"has no images"});
+  test::expect_parts(rejected(r), {"has no images"});
   r = example_recording();
   r.cameras.clear();
-  test::expect_parts(refused(r), {"has no cameras"});
+  test::expect_parts(rejected(r), {"has no cameras"});
   r = example_recording();
   r.imu.clear();
-  test::expect_parts(refused(r), {"has no IMU samples"});
+  test::expect_parts(rejected(r), {"has no IMU samples"});
   r = example_recording();
   r.imu_noise.reset();
-  test::expect_parts(refused(r), {"has no noise densities"});
+  test::expect_parts(rejected(r), {"has no noise densities"});
   EXPECT_FALSE(fs::exists(folder));
   r = example_recording();
   r.images = std::make_shared<Stripes>(3, kWidth + 1);
-  test::expect_parts(refused(r), {"the images at 1403636584763555584 ns do not fit the cameras"});
+  test::expect_parts(rejected(r), {"the images at 1403636584763555584 ns do not fit the cameras"});
   r = example_recording();
   r.cameras.pop_back();
-  test::expect_parts(refused(r), {"do not fit the cameras; expected 1"});
+  test::expect_parts(rejected(r), {"do not fit the cameras; expected 1"});
 }
 
 }  // namespace

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include <chasles/run_folder/run.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/nees.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 

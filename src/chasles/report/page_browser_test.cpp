@@ -112,7 +112,7 @@ TEST(PageInABrowser, WithoutATruthRunsAreShownOverTheirPlan) {
 }
 
 // The page that src/web/tests/frame_rate.mjs measures (docs/CONTRIBUTING.md).
-TEST(PageInABrowser, ALongRunIsDrawnCoarselyInMotionAndInFullAtRest) {
+TEST(PageInABrowser, ALongRunIsDrawnCoarselyInMotionAndInFullWithoutIt) {
   expect_works_in_a_browser({synthetic_drive({.states = 100'000, .landmarks = 20'000})}, "long",
                             "long_page.mjs");
 }

@@ -39,16 +39,16 @@ void add_poses(Json& columns, const std::vector<RunState>& states, const Eigen::
 }
 
 void add_uncertainty(Json& columns, const std::vector<RunState>& states) {
-  const auto deviation = [](const RunState& s) -> Vector6d {
+  const auto difference = [](const RunState& s) -> Vector6d {
     return s.pose_covariance.diagonal().cwiseMax(0).cwiseSqrt();
   };
   add_covariances(columns, states, [](const RunState& s) -> Eigen::Matrix3d {
     return s.pose_covariance.bottomRightCorner<3, 3>();
   });
   add_points(columns, "sigma_p", states,
-             [&](const RunState& s) -> Eigen::Vector3d { return deviation(s).tail<3>(); });
+             [&](const RunState& s) -> Eigen::Vector3d { return difference(s).tail<3>(); });
   add_points(columns, "sigma_r", states, [&](const RunState& s) -> Eigen::Vector3d {
-    return kDegrees * deviation(s).head<3>();
+    return kDegrees * difference(s).head<3>();
   });
 }
 

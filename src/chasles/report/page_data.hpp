@@ -9,11 +9,11 @@
 
 namespace chasles {
 
-/// What src/web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
-/// origin, states, landmarks, map (map_data.hpp), …, images (page_images.hpp)}]}. `level`: the z
-/// axis of the run's world is vertical (is_level()). Numbers are columns (encode.hpp). Positions
-/// are relative to the run's origin, so that single precision is accurate to a millimetre some
-/// kilometres away. Angles are in degrees, times in seconds from the first state.
+/// What src/web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary,
+/// level, origin, states, landmarks, map (map_data.hpp), …, images (page_images.hpp)}]}. `level`:
+/// the z axis of the run's world is vertical (is_level()). Numbers are columns (encode.hpp).
+/// Positions are relative to the run's origin, so that single precision is accurate to a millimetre
+/// some kilometres away. Angles are in degrees, times in seconds from the first state.
 nlohmann::ordered_json page_data(const std::vector<ReportRun>& runs);
 
 /// `bounds` of page_data: the 95 % intervals of chi-square.

@@ -4,8 +4,8 @@
 
 namespace chasles {
 
-/// src/web/page.html with its style sheets and scripts, as Vite builds it (tools/cmake/EmbedPage.cmake). The
-/// JSON of the runs replaces `@PAGE_DATA@`.
+/// src/web/page.html with its style sheets and scripts, as Vite builds it
+/// (tools/cmake/EmbedPage.cmake). The JSON of the runs replaces `@PAGE_DATA@`.
 extern const std::string_view page_template;
 
 /// src/web/study.html in the same form, for studies.

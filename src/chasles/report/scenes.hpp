@@ -9,8 +9,8 @@
 
 namespace chasles {
 
-/// The input of src/web/src/scenes.ts: one scene for each true trajectory that several runs share, or
-/// that has a floor plan: [{name, origin, truth: {x, y, z}, plan: {wall: {x, y}, furniture: {x,
+/// The input of src/web/src/scenes.ts: one scene for each true trajectory that several runs share,
+/// or that has a floor plan: [{name, origin, truth: {x, y, z}, plan: {wall: {x, y}, furniture: {x,
 /// y}}, runs: [{run, t, x, y, z, ex, ey, ez, nees, mean_nees: {position, attitude, pose}}]}].
 /// Runs without a truth share a scene if they have the same plan; their world is the plan's. The
 /// origin is then the first position of the first of them, t are the times since the run's first

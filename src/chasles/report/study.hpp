@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

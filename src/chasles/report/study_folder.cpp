@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/json_text.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/report/study.hpp>
 
 namespace chasles {

@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/report/study_testing.hpp>
 #include <chasles/report/testing.hpp>
 
@@ -36,7 +36,7 @@ class StudyFolder : public ::testing::Test {
   ~StudyFolder() override { fs::remove_all(path_); }
 
   // The message of the InputError that reading the folder throws; empty without one.
-  std::string refusal() const {
+  std::string rejection() const {
     try {
       read_study(path_);
     } catch (const InputError& error) {
@@ -45,13 +45,13 @@ class StudyFolder : public ::testing::Test {
     return "";
   }
 
-  // As refusal(), after a change to a fresh folder.
-  std::string refusal_after(const Study& study,
-                            const std::function<void(const fs::path&)>& change) {
+  // As rejection(), after a change to a fresh folder.
+  std::string rejection_after(const Study& study,
+                              const std::function<void(const fs::path&)>& change) {
     fs::remove_all(path_);
     write_study(study, path_);
     change(path_);
-    return refusal();
+    return rejection();
   }
 
   fs::path path_;
@@ -115,48 +115,48 @@ TEST_F(StudyFolder, ARunFolderAndAnEmptyOneAreNone) {
 TEST_F(StudyFolder, WhatIsMissingOrTruncatedOfOneRunIsNamed) {
   const Study study = synthetic_study({.frames = 20});
   for (const char* file : {"summary.json", "filter-0.csv", "filter-2.tum", "truth.tum"}) {
-    expect_part(refusal_after(study, [&](const fs::path& f) { fs::remove(f / file); }), file);
+    expect_part(rejection_after(study, [&](const fs::path& f) { fs::remove(f / file); }), file);
   }
   for (const char* file : {"filter-1.csv", "filter-1_landmarks.csv", "landmarks_truth.csv"}) {
-    expect_part(refusal_after(study, [&](const fs::path& f) { cut(f / file, 3); }), file);
+    expect_part(rejection_after(study, [&](const fs::path& f) { cut(f / file, 3); }), file);
   }
-  expect_part(refusal_after(study, [](const fs::path& f) { write_file(f / "filter-1.tum", ""); }),
+  expect_part(rejection_after(study, [](const fs::path& f) { write_file(f / "filter-1.tum", ""); }),
               "filter-1.tum");
   const auto without_last_line = [](const fs::path& file) {
     const std::string text = read_file(file);
     write_file(file, text.substr(0, text.rfind('\n', text.size() - 2) + 1));
   };
   expect_part(
-      refusal_after(study, [&](const fs::path& f) { without_last_line(f / "filter-1.tum"); }),
+      rejection_after(study, [&](const fs::path& f) { without_last_line(f / "filter-1.tum"); }),
       "found 19 poses, expected 20");
-  expect_part(refusal_after(study,
-                            [&](const fs::path& f) {
-                              without_last_line(f / "filter-1.tum");
-                              without_last_line(f / "filter-1.csv");
-                            }),
+  expect_part(rejection_after(study,
+                              [&](const fs::path& f) {
+                                without_last_line(f / "filter-1.tum");
+                                without_last_line(f / "filter-1.csv");
+                              }),
               "found 19 rows, expected 20");
   // A folder of an earlier version has no estimated landmarks.
   for (const char* file : {"landmarks_truth.csv", "filter-1_landmarks.csv"}) {
-    EXPECT_EQ(refusal_after(study, [&](const fs::path& f) { fs::remove(f / file); }), "");
+    EXPECT_EQ(rejection_after(study, [&](const fs::path& f) { fs::remove(f / file); }), "");
   }
 }
 
 TEST_F(StudyFolder, WhatIsMissingOrTruncatedOfSeveralRunsIsNamed) {
   const Study study = synthetic_study({.frames = 20, .runs = 5});
   for (const char* file : {"curves.csv", "trials.jsonl"}) {
-    expect_part(refusal_after(study, [&](const fs::path& f) { fs::remove(f / file); }), file);
-    expect_part(refusal_after(study, [&](const fs::path& f) { cut(f / file, 3); }), file);
+    expect_part(rejection_after(study, [&](const fs::path& f) { fs::remove(f / file); }), file);
+    expect_part(rejection_after(study, [&](const fs::path& f) { cut(f / file, 3); }), file);
   }
-  expect_part(refusal_after(study, [](const fs::path& f) { fs::remove(f / "summary.json"); }),
+  expect_part(rejection_after(study, [](const fs::path& f) { fs::remove(f / "summary.json"); }),
               "not complete");
-  expect_part(refusal_after(study,
-                            [](const fs::path& f) {
-                              const std::string text = read_file(f / "trials.jsonl");
-                              write_file(f / "trials.jsonl", text.substr(text.find('\n') + 1));
-                            }),
+  expect_part(rejection_after(study,
+                              [](const fs::path& f) {
+                                const std::string text = read_file(f / "trials.jsonl");
+                                write_file(f / "trials.jsonl", text.substr(text.find('\n') + 1));
+                              }),
               "found 14 trials, expected 15");
   const auto changed = [&](const char* file, const char* what, const char* by) {
-    return refusal_after(study, [&](const fs::path& f) { replace(f / file, what, by); });
+    return rejection_after(study, [&](const fs::path& f) { replace(f / file, what, by); });
   };
   expect_part(changed("trials.jsonl", "filter-1", "other"), "trials.jsonl:2: found the filter");
   expect_part(changed("trials.jsonl", "\"diverged\":false", "\"diverged\":7"), "not a trial");

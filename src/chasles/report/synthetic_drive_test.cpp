@@ -86,12 +86,16 @@ void add_counts(RunState& state, int index, Random& random) {
 }
 
 void add_extra(RunState& state, int index, Random& random) {
-  const double settled = std::exp(-index / 120.0);
+  const double converged = std::exp(-index / 120.0);
   state.extra = {
       6.8 + 0.1 * random.normal(), 0.02 * random.normal(), 0.02 * random.normal(), 0.002, -0.004,
-      0.008 * (1 - settled)};
-  state.extra_sigma = {
-      0.1, 0.03, 0.03, 0.001 + 0.004 * settled, 0.001 + 0.004 * settled, 0.0006 + 0.004 * settled};
+      0.008 * (1 - converged)};
+  state.extra_sigma = {0.1,
+                       0.03,
+                       0.03,
+                       0.001 + 0.004 * converged,
+                       0.001 + 0.004 * converged,
+                       0.0006 + 0.004 * converged};
 }
 
 /// A point on a façade or on the ground beside the pose, uncertain along the line of sight.
@@ -101,13 +105,13 @@ RunLandmark landmark(int id, const SE3& truth, const Drift& drift, Random& rando
   const Eigen::Vector3d p_imu(random.uniform(6, 32),
                               side * (ground ? random.uniform(1.5, 7) : 9 + 2 * random.uniform()),
                               ground ? -1.4 : random.uniform(-1, 8));
-  const Eigen::Vector3d sight = (truth.R * p_imu).normalized();
+  const Eigen::Vector3d ray = (truth.R * p_imu).normalized();
   const double range = p_imu.norm();
   const double along = 0.0011 * range * range, across = 0.004 * range;
   RunLandmark mark{.id = id, .p_world = drift.estimate(truth) * p_imu};
   mark.covariance = drift.P.bottomRightCorner<3, 3>() +
                     across * across * Eigen::Matrix3d::Identity() +
-                    along * along * sight * sight.transpose();
+                    along * along * ray * ray.transpose();
   mark.observations = 3 + static_cast<int>(random.uniform(0, 20));
   return mark;
 }

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/recording/readers.hpp>
 #include <chasles/codec/text_file.hpp>
+#include <chasles/recording/readers.hpp>
 #include <chasles/report/study_testing.hpp>
 
 namespace chasles::test {

@@ -10,14 +10,14 @@
 #include <nlohmann/json.hpp>
 #include <sys/file.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
-#include <chasles/run_folder/run_text.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/growing_run.hpp>
+#include <chasles/run_folder/run_replacement.hpp>
+#include <chasles/run_folder/run_text.hpp>
 
 namespace chasles {
 namespace {

@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
-#include <chasles/run_folder/growing_run.hpp>
-#include <chasles/recording/testing.hpp>
-#include <chasles/codec/text_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 
 namespace chasles {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
+#include <chasles/base/time.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/lie/se3.hpp>
-#include <chasles/base/time.hpp>
 
 namespace chasles {
 

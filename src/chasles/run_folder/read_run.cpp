@@ -7,18 +7,18 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
-#include <chasles/recording/folder_names.hpp>
-#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/recording/folder_names.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/run_folder/run_columns.hpp>
 #include <chasles/run_folder/run_replacement.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -297,7 +297,7 @@ Trajectory read_where_present(const std::filesystem::path& file) {
 }  // namespace
 
 Run read_run(const std::filesystem::path& folder) {
-  settle_run(folder);
+  finish_replacement(folder);
   if (!std::filesystem::exists(folder / "states.csv")) {
     const std::filesystem::path growing = growing_folder(folder);
     throw InputError(

@@ -10,11 +10,11 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/recording/georeference.hpp>
-#include <chasles/run_folder/map_sketch.hpp>
-#include <chasles/recording/plan.hpp>
-#include <chasles/run_folder/run_images.hpp>
 #include <chasles/lie/truth_pairing.hpp>
+#include <chasles/recording/georeference.hpp>
+#include <chasles/recording/plan.hpp>
+#include <chasles/run_folder/map_sketch.hpp>
+#include <chasles/run_folder/run_images.hpp>
 
 namespace chasles {
 

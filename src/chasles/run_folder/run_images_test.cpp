@@ -1,6 +1,6 @@
 #include <chasles/codec/image_encode.hpp>
-#include <chasles/run_folder/run_images.hpp>
 #include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/run_images.hpp>
 
 namespace chasles {
 namespace {
@@ -10,13 +10,13 @@ using test::expect_parts;
 using test::input_error;
 
 RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
-  RunFeature f{.judged = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
-                          .outcome = outcome},
+  RunFeature f{.assessed = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
+                            .outcome = outcome},
                .age = 7};
   if (outcome == Outcome::kWaiting) return f;
   f.before = Eigen::Vector2d(1.5, 2.75);
-  f.judged.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
-  f.judged.expected->covariance << 0.5, -0.125, -0.125, 0.25;
+  f.assessed.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
+  f.assessed.expected->covariance << 0.5, -0.125, -0.125, 0.25;
   return f;
 }
 
@@ -38,7 +38,7 @@ std::vector<RunImage> example_images() {
   }
   images[0].features = {feature(5, 0, Outcome::kUsed), feature(9, 0, Outcome::kWaiting)};
   images[1].features = {feature(5, 1, Outcome::kRejected)};
-  images[3].features = {feature(11, 1, Outcome::kBegun)};
+  images[3].features = {feature(11, 1, Outcome::kInitialised)};
   return images;
 }
 
@@ -56,16 +56,16 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
     ASSERT_EQ(again[i].features.size(), images[i].features.size()) << i;
     for (std::size_t k = 0; k < images[i].features.size(); ++k) {
       const RunFeature &a = again[i].features[k], &b = images[i].features[k];
-      EXPECT_EQ(a.judged.observation.landmark, b.judged.observation.landmark);
-      EXPECT_EQ(a.judged.observation.camera, b.judged.observation.camera);
-      EXPECT_EQ(a.judged.observation.pixel, b.judged.observation.pixel);
-      EXPECT_EQ(a.judged.outcome, b.judged.outcome);
+      EXPECT_EQ(a.assessed.observation.landmark, b.assessed.observation.landmark);
+      EXPECT_EQ(a.assessed.observation.camera, b.assessed.observation.camera);
+      EXPECT_EQ(a.assessed.observation.pixel, b.assessed.observation.pixel);
+      EXPECT_EQ(a.assessed.outcome, b.assessed.outcome);
       EXPECT_EQ(a.age, b.age);
       EXPECT_EQ(a.before, b.before);
-      ASSERT_EQ(a.judged.expected.has_value(), b.judged.expected.has_value());
-      if (!b.judged.expected) continue;
-      EXPECT_EQ(a.judged.expected->pixel, b.judged.expected->pixel);
-      EXPECT_EQ(a.judged.expected->covariance, b.judged.expected->covariance);
+      ASSERT_EQ(a.assessed.expected.has_value(), b.assessed.expected.has_value());
+      if (!b.assessed.expected) continue;
+      EXPECT_EQ(a.assessed.expected->pixel, b.assessed.expected->pixel);
+      EXPECT_EQ(a.assessed.expected->covariance, b.assessed.expected->covariance);
     }
   }
 }
@@ -81,7 +81,7 @@ std::string error(const std::string& file, const std::string& what, const std::s
   return input_error([&] { read_run_images(folder); });
 }
 
-TEST(RunImages, WhatIsWrongIsToldWithItsPlace) {
+TEST(RunImages, WhatIsWrongIsReportedWithItsPlace) {
   expect_parts(error("images.csv", "images/cam0_1000000007.jpg", "../../secret.jpg"),
                {"images.csv:2", "image", "expected images/cam0_1000000007.jpg"});
   expect_parts(error("images.csv", "2000000000,0", "1000000007,0"), {"images.csv:4", "rise"});
@@ -95,7 +95,7 @@ TEST(RunImages, WhatIsWrongIsToldWithItsPlace) {
   expect_parts(error("features.csv", ",7,", ",-7,"), {"features.csv:2", "age"});
 }
 
-TEST(RunImages, AFileThatIsMissingIsTold) {
+TEST(RunImages, AFileThatIsMissingIsReported) {
   const auto folder = test::scratch();
   write_run_images(example_images(), folder);
   fs::remove(folder / "images/cam1_1000000007.jpg");

@@ -13,13 +13,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/json_text.hpp>
-#include <chasles/run_folder/run_images.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/run_replacement.hpp>
 
 namespace chasles {
 namespace {
@@ -188,7 +188,7 @@ void move_up(const fs::path& folder) {
 RunReplacement::RunReplacement(const fs::path& folder)
     : folder_(folder), writing_(folder / kWriting) {
   make_folder(folder_);
-  settle_run(folder_);
+  finish_replacement(folder_);
   discard_unfinished(folder_);
   make_folder(writing_);
 }
@@ -216,7 +216,7 @@ Json RunReplacement::commit(Json summary) {
   return summary;
 }
 
-void settle_run(const fs::path& folder) {
+void finish_replacement(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder / kWritten, ignored)) return;
   const FolderLock lock(folder);
@@ -242,20 +242,20 @@ void discard_unfinished(const fs::path& folder) {
 void check_run_files(const fs::path& folder, const Json& summary) {
   const auto files = summary.find(kFiles);
   if (files == summary.end()) return;
-  const auto refuse = [&](const std::string& name, const std::string& found) {
+  const auto reject = [&](const std::string& name, const std::string& found) {
     throw InputError(fmt::format(
         "{}: {}: the file is of another run, changed, or a copy that was cut off; copy the folder "
         "again, or run again (without the entry '{}' in summary.json nothing is compared)",
         (folder / name).string(), found, kFiles));
   };
-  if (!files->is_object()) refuse(kSummaryFile, "'files' is no JSON object");
+  if (!files->is_object()) reject(kSummaryFile, "'files' is no JSON object");
   for (const auto& [name, stated] : files->items()) {
     const std::optional<Content> content = content_of(folder / name);
-    if (!content) refuse(name, "cannot be read, but summary.json lists it");
+    if (!content) reject(name, "cannot be read, but summary.json lists it");
     if (stated.is_null()) continue;
     const Json found = to_json(*content);
     if (found != stated) {
-      refuse(name,
+      reject(name,
              fmt::format("is {}, summary.json states {}", json_text(found), json_text(stated)));
     }
   }

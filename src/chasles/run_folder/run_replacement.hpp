@@ -9,7 +9,7 @@ namespace chasles {
 /// New files of a run folder, which replace those of an earlier run all together. They are written
 /// into its subfolder `.writing`. commit() renames that to `.written`: from this instant they are
 /// the run. Then they move up one by one, summary.json last; if the process ends on the way, the
-/// next reader or writer moves the others (settle_run). Other files of the folder stay.
+/// next reader or writer moves the others (finish_replacement). Other files of the folder stay.
 ///
 /// Every step is on the disk before the next begins (fsync), so that the same holds after a power
 /// cut.
@@ -34,7 +34,7 @@ class RunReplacement {
 
 /// Ends the replacement of a run that a killed process began: moves committed files up, otherwise
 /// does nothing. Throws InputError if that is not possible.
-void settle_run(const std::filesystem::path& folder);
+void finish_replacement(const std::filesystem::path& folder);
 
 /// Removes what a process left that was killed before commit().
 void discard_unfinished(const std::filesystem::path& folder);

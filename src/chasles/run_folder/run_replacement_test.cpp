@@ -2,12 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/recording/testing.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/run_folder/run_replacement.hpp>
-#include <chasles/recording/testing.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -120,7 +120,7 @@ TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
   }
 }
 
-TEST(RunReplacement, ASummaryThatNestsWithoutEndIsRefused) {
+TEST(RunReplacement, ASummaryThatNestsWithoutEndIsRejected) {
   const auto folder = test::scratch() / "out";
   leave_committed(folder);
   test::spill(folder / ".written/summary.json", "{\"files\":" + std::string(200, '['));

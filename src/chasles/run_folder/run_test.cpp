@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/recording/readers.hpp>
-#include <chasles/run_folder/run.hpp>
 #include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/run.hpp>
 
 namespace chasles {
 namespace {
@@ -178,7 +178,7 @@ TEST(RunFolder, TheMapOfARunIsReadAgain) {
             (std::tuple{b.id, b.session, b.own, b.observations, b.views}));
 }
 
-TEST(RunFolder, AMapThatDoesNotFitTheSummaryIsRefused) {
+TEST(RunFolder, AMapThatDoesNotFitTheSummaryIsRejected) {
   auto run = example_run();
   run.prior_map.emplace().points.resize(1);
   run.prior_map->points[0].session = 1;
@@ -237,7 +237,7 @@ TEST(RunFolder, TheTimesOfTheWholeRunAreTakenLast) {
   EXPECT_EQ(written, nlohmann::ordered_json::parse(test::slurp(folder / "summary.json")));
 }
 
-TEST(RunFolder, FilesThatAreNotThoseOfTheSummaryAreRefused) {
+TEST(RunFolder, FilesThatAreNotThoseOfTheSummaryAreRejected) {
   const auto root = test::scratch(), folder = root / "run", other = root / "other";
   const auto error = [&](const std::string& file, const auto& spoil) {
     write_run(example_run(), kRunSummary, folder);

@@ -6,14 +6,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/run_folder/run_columns.hpp>
 #include <chasles/run_folder/run_replacement.hpp>
 #include <chasles/run_folder/run_text.hpp>
-#include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

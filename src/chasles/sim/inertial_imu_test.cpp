@@ -86,7 +86,7 @@ TEST(IdealImu, AllConventionsCloseTheTurntable) {
   EXPECT_LT(drift(motion, 100, ImuConvention::kIntervalMean).position, 1e-3);
 }
 
-TEST(IdealImu, AtRestTheSpecificForcePointsUp) {
+TEST(IdealImu, AtStandstillTheSpecificForcePointsUp) {
   for (const auto& [convention, name] : Choices<ImuConvention>::list) {
     SCOPED_TRACE(name);
     const auto samples = ideal_imu(walk_motion(), 100, convention);
@@ -201,7 +201,7 @@ TEST(SimulatedImu, OneSourceOfNoiseDoesNotDisturbAnother) {
   }
 }
 
-TEST(SimulatedImu, TooManySamplesAreRefused) {
+TEST(SimulatedImu, TooManySamplesAreRejected) {
   InertialSettings settings;
   settings.sections = 100;
   settings.imu_rate = 1e4;

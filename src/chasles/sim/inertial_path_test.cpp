@@ -50,7 +50,7 @@ TEST(HallwayPath, FourRightTurnsLeadBackToTheStart) {
   EXPECT_LT(to_seconds(path.back().time), 80);
 }
 
-TEST(HallwayPath, AWalkAtOneSpeedThatStartsFromRest) {
+TEST(HallwayPath, AWalkAtOneSpeedThatStartsFromStandstill) {
   const InertialSettings settings = without_sway();
   const Spline motion = inertial_motion({.name = "", .doc = "", .settings = settings});
   for (double t = 0; t < 0.8; t += 0.1) {
@@ -83,14 +83,14 @@ TEST(HallwayPath, StepsAreSeenInTheAcceleration) {
   EXPECT_LT(worst_tilt, 0.015 + 0.012);
 }
 
-TEST(HallwayPath, MovingAtOnceWhereThereIsNoRest) {
+TEST(HallwayPath, MovingAtOnceWhereThereIsNoStandstill) {
   InertialSettings settings = without_sway();
   settings.rest_duration = settings.start_duration = 0;
   const Spline motion = inertial_motion({.name = "", .doc = "", .settings = settings});
   EXPECT_TRUE(test::agree(motion_at(motion, 0).v_world, Vector3d(1.2, 0, 0), 1e-5));
 }
 
-TEST(HallwayPath, AWalkThroughAWallIsRefused) {
+TEST(HallwayPath, AWalkThroughAWallIsRejected) {
   InertialSettings settings;
   settings.corridor_width = 1;
   settings.turn_duration = 6;
@@ -130,7 +130,7 @@ TEST(TrajectoryPath, NeedsATrajectory) {
   EXPECT_THROW(inertial_motion(inertial_scene("trajectory")), UsageError);
 }
 
-TEST(Paths, TooManyKnotsAreRefused) {
+TEST(Paths, TooManyKnotsAreRejected) {
   InertialSettings settings;
   settings.sections = 1000;
   settings.hall_length = settings.hall_width = 1e4;

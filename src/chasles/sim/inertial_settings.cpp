@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/sim/inertial_settings.hpp>
-#include <chasles/sim/refuse_setting.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+#include <chasles/sim/reject_setting.hpp>
 
 namespace chasles {
 namespace {
@@ -83,7 +83,7 @@ void validate(const InertialSettings& settings) {
   const auto above = [](std::string_view high, double high_value, std::string_view low,
                         double low_value) {
     if (high_value > low_value) return;
-    refuse_setting(high, fmt::format("{} m", high_value),
+    reject_setting(high, fmt::format("{} m", high_value),
                    fmt::format("more than {}, {} m", low, low_value));
   };
   above("max_range", settings.max_range, "min_range", settings.min_range);
@@ -94,12 +94,12 @@ void validate(const InertialSettings& settings) {
   above("hall_width", settings.hall_width, "corridor_width", settings.corridor_width);
   above("circle_radius", settings.circle_radius, "radial_sway", settings.radial_sway);
   if (settings.exposure_time * settings.frame_rate > 1) {
-    refuse_setting(
+    reject_setting(
         "exposure_time", fmt::format("{} s", settings.exposure_time),
         fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
   }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
-    refuse_setting("image_border", fmt::format("{} px", settings.image_border),
+    reject_setting("image_border", fmt::format("{} px", settings.image_border),
                    fmt::format("less than half of the image of {} x {} px", settings.image_width,
                                settings.image_height));
   }

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/base/settings.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 

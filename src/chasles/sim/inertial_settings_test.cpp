@@ -27,8 +27,8 @@ void set(InertialSettings& settings, const std::string& name, Value value) {
   ASSERT_TRUE(found) << name;
 }
 
-void expect_refused(const InertialSettings& settings, const std::string& field,
-                    const std::string& found) {
+void expect_rejected(const InertialSettings& settings, const std::string& field,
+                     const std::string& found) {
   std::string message;
   try {
     validate(settings);
@@ -62,7 +62,7 @@ TEST(InertialSettings, EveryFieldHasAMeaningAndANumberItsRange) {
   });
   EXPECT_GE(fields, 60);
   test::expect_each_field_is_described<InertialSettings>();
-  test::expect_each_field_is_judged<InertialSettings>("simulation setting ");
+  test::expect_each_field_is_assessed<InertialSettings>("simulation setting ");
 }
 
 TEST(InertialSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
@@ -75,17 +75,17 @@ TEST(InertialSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
           for (const double bad : {Number::quiet_NaN(), Number::infinity(), -1e30, 1e30}) {
             InertialSettings settings;
             set(settings, name, bad);
-            expect_refused(settings, name, "");
+            expect_rejected(settings, name, "");
           }
         } else if constexpr (std::is_same_v<Value, int>) {
           InertialSettings settings;
           set(settings, name, -1);
-          expect_refused(settings, name, "-1");
+          expect_rejected(settings, name, "-1");
         }
       });
 }
 
-TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
+TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRejected) {
   for (const char* name : {"knot_interval",
                            "hall_length",
                            "hall_width",
@@ -108,20 +108,20 @@ TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
                            "imu_rate"}) {
     InertialSettings settings;
     set(settings, name, 0.0);
-    expect_refused(settings, name, "found 0");
+    expect_rejected(settings, name, "found 0");
   }
 }
 
-TEST(InertialSettings, WhatDoesNotFitTogetherIsRefused) {
-  expect_refused({.geometry = Geometry{7}}, "geometry", "hallway, turntable, trajectory, walk");
-  expect_refused({.imu_convention = ImuConvention{7}}, "imu_convention", "interval-mean");
-  expect_refused({.hall_width = 3}, "hall_width", "3 m");
-  expect_refused({.corridor_height = 1.1}, "corridor_height", "1.2 m");
-  expect_refused({.circle_radius = 0.5}, "circle_radius", "radial_sway");
-  expect_refused({.landmark_nearest = 11}, "landmark_farthest", "11 m");
-  expect_refused({.min_range = 16}, "max_range", "15 m");
-  expect_refused({.image_border = 270}, "image_border", "270 px");
-  expect_refused({.outlier_fraction = 1.01}, "outlier_fraction", "1.01");
+TEST(InertialSettings, WhatDoesNotFitTogetherIsRejected) {
+  expect_rejected({.geometry = Geometry{7}}, "geometry", "hallway, turntable, trajectory, walk");
+  expect_rejected({.imu_convention = ImuConvention{7}}, "imu_convention", "interval-mean");
+  expect_rejected({.hall_width = 3}, "hall_width", "3 m");
+  expect_rejected({.corridor_height = 1.1}, "corridor_height", "1.2 m");
+  expect_rejected({.circle_radius = 0.5}, "circle_radius", "radial_sway");
+  expect_rejected({.landmark_nearest = 11}, "landmark_farthest", "11 m");
+  expect_rejected({.min_range = 16}, "max_range", "15 m");
+  expect_rejected({.image_border = 270}, "image_border", "270 px");
+  expect_rejected({.outlier_fraction = 1.01}, "outlier_fraction", "1.01");
 }
 
 TEST(InertialSettings, BothKindsOfSettingsCanBeVisitedSideBySide) {

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/camera/track_noise.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/sim/inertial_path.hpp>

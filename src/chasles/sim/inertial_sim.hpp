@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/numeric/spline.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 
 namespace chasles {

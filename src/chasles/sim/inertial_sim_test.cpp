@@ -387,7 +387,7 @@ TEST(InertialSim, RealSamplesAndCamerasAreTakenAsTheyAre) {
   EXPECT_THROW(simulate_inertial(scene), UsageError);
 }
 
-TEST(InertialSim, TooManyFramesAreRefused) {
+TEST(InertialSim, TooManyFramesAreRejected) {
   InertialScene scene = hallway();
   scene.settings.sections = 60;
   scene.settings.frame_rate = 1000;

@@ -34,14 +34,15 @@ class Tracker {
   }
 
  private:
-  std::optional<Eigen::Vector2d> sight_of(std::size_t point, std::size_t camera,
-                                          std::size_t pose) const {
-    return sight(settings_, world_, cameras_[camera], poses_[pose].pose, world_.points[point]);
+  std::optional<Eigen::Vector2d> visible_pixel_of(std::size_t point, std::size_t camera,
+                                                  std::size_t pose) const {
+    return visible_pixel(settings_, world_, cameras_[camera], poses_[pose].pose,
+                         world_.points[point]);
   }
 
-  bool in_sight(std::size_t point, std::size_t pose) const {
+  bool is_visible(std::size_t point, std::size_t pose) const {
     for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
-      if (sight_of(point, camera, pose)) return true;
+      if (visible_pixel_of(point, camera, pose)) return true;
     }
     return false;
   }
@@ -50,7 +51,7 @@ class Tracker {
   bool observe(std::size_t point, LandmarkId landmark, std::size_t pose) {
     const std::size_t before = frame_.pixels.size();
     for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
-      if (const auto pixel = sight_of(point, camera, pose)) {
+      if (const auto pixel = visible_pixel_of(point, camera, pose)) {
         frame_.pixels.push_back({landmark, static_cast<int>(camera), *pixel});
       }
     }
@@ -70,7 +71,7 @@ class Tracker {
     const auto later =
         std::min(pose + static_cast<std::size_t>(settings_.shortest_track) - 1, poses_.size() - 1);
     for (std::size_t point = 0; point < tracked_.size() && alive_.size() < wanted; ++point) {
-      if (tracked_[point] || !in_sight(point, pose) || !in_sight(point, later)) continue;
+      if (tracked_[point] || !is_visible(point, pose) || !is_visible(point, later)) continue;
       const LandmarkId landmark = number_of(point);
       observe(point, landmark, pose);
       tracked_[point] = true;

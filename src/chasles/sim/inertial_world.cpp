@@ -168,7 +168,7 @@ InertialWorld trajectory_world(const InertialSettings& settings, const Spline& m
   for (double time = 0; time <= motion.duration; time += settings.landmark_spacing) {
     const SE3 pose = motion_at(motion, time).world_T_imu;
     const auto seen = std::ranges::count_if(world.points, [&](const Eigen::Vector3d& p) {
-      return sight(settings, world, camera, pose, p).has_value();
+      return visible_pixel(settings, world, camera, pose, p).has_value();
     });
     for (auto missing = settings.visible_landmarks - seen; missing > 0; --missing) {
       if (const auto p = placed(settings, camera, pose, tries++)) world.points.push_back(*p);
@@ -217,9 +217,10 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
   return cameras;
 }
 
-std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const InertialWorld& world,
-                                     const Camera& camera, const SE3& world_T_imu,
-                                     const Eigen::Vector3d& p_world) {
+std::optional<Eigen::Vector2d> visible_pixel(const InertialSettings& settings,
+                                             const InertialWorld& world, const Camera& camera,
+                                             const SE3& world_T_imu,
+                                             const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d p_cam = camera.cam_T_imu * (world_T_imu.inverse() * p_world);
   const double range = p_cam.norm();
   if (p_cam.z() <= 0 || range < settings.min_range || range > settings.max_range) {

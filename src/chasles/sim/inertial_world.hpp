@@ -26,9 +26,10 @@ std::vector<Camera> make_cameras(const InertialSettings& settings);
 
 /// The pixel of a point in one camera, by the conditions of the settings: inside the image's
 /// border, in range, in front of the camera, not occluded.
-std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const InertialWorld& world,
-                                     const Camera& camera, const SE3& world_T_imu,
-                                     const Eigen::Vector3d& p_world);
+std::optional<Eigen::Vector2d> visible_pixel(const InertialSettings& settings,
+                                             const InertialWorld& world, const Camera& camera,
+                                             const SE3& world_T_imu,
+                                             const Eigen::Vector3d& p_world);
 
 /// The landmarks and walls of the settings' geometry. `motion` and `cameras` are used by the
 /// geometry `trajectory` only: its landmarks are placed at random pixels and depths wherever the

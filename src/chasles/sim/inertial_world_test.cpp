@@ -38,7 +38,7 @@ TEST(InertialWorld, TheCameraLooksAlongXWithItsImageUpright) {
   const InertialSettings settings = at_origin();
   const Camera camera = make_cameras(settings).at(0);
   const auto see = [&](const Vector3d& p) {
-    return sight(settings, kEmpty, camera, {}, p).value();
+    return visible_pixel(settings, kEmpty, camera, {}, p).value();
   };
   // Pinhole by hand: left is less u, up is less v.
   EXPECT_TRUE(test::agree(see({4, 0, 0}), Eigen::Vector2d(349.5, 270), 1e-12));
@@ -61,12 +61,12 @@ TEST(InertialWorld, CamerasStandWhereTheSettingsSay) {
   EXPECT_TRUE(test::agree(first.R, second.R, 1e-15));
 }
 
-TEST(InertialWorld, WhatIsNotInSight) {
+TEST(InertialWorld, WhatIsNotVisible) {
   const InertialSettings settings = at_origin();
   const Camera camera = make_cameras(settings).at(0);
   const InertialWorld wall{.points = {}, .walls = {{{5, -1, -1}, {6, 1, 1}}}};
   const auto seen = [&](const Vector3d& p, const InertialWorld& world = kEmpty) {
-    return sight(settings, world, camera, {}, p).has_value();
+    return visible_pixel(settings, world, camera, {}, p).has_value();
   };
   EXPECT_TRUE(seen({14.9, 0, 0}));
   EXPECT_FALSE(seen({15.1, 0, 0}));  // too far
@@ -82,7 +82,7 @@ TEST(InertialWorld, WhatIsNotInSight) {
   EXPECT_TRUE(seen({7, 2.5, 0.5}, wall));
   InertialSettings transparent = settings;
   transparent.occlusion = false;
-  EXPECT_TRUE(sight(transparent, wall, camera, {}, {7, 0.5, 0.5}));
+  EXPECT_TRUE(visible_pixel(transparent, wall, camera, {}, {7, 0.5, 0.5}));
 }
 
 TEST(InertialWorld, TheHallwaysLandmarksLieOnItsSurfaces) {
@@ -120,7 +120,7 @@ TEST(InertialWorld, TheTurntablesLandmarksLieOnTheCube) {
     EXPECT_NEAR(p.cwiseAbs().maxCoeff(), settings.cube_edge / 2, 1e-12);
 }
 
-TEST(InertialWorld, ATrajectoryHasEnoughLandmarksInSightAllAlong) {
+TEST(InertialWorld, ATrajectoryHasEnoughVisibleLandmarksAllAlong) {
   InertialScene scene = inertial_scene("trajectory");
   for (int i = 0; i <= 3000; ++i) {
     const double t = 0.01 * i;
@@ -134,7 +134,7 @@ TEST(InertialWorld, ATrajectoryHasEnoughLandmarksInSightAllAlong) {
     int seen = 0;
     for (const Vector3d& p : world.points) {
       const SE3 pose = motion_at(motion, t).world_T_imu;
-      seen += sight(scene.settings, world, cameras[0], pose, p).has_value();
+      seen += visible_pixel(scene.settings, world, cameras[0], pose, p).has_value();
     }
     EXPECT_GE(seen, 50) << t;
   }

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <memory>
 
-#include <chasles/recording/recording.hpp>
 #include <chasles/numeric/spline.hpp>
+#include <chasles/recording/recording.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/render_world.hpp>
 

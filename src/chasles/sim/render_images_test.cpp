@@ -225,7 +225,7 @@ std::string complaint(const InertialScene& scene) {
   return "";
 }
 
-TEST(RenderedImages, RefuseWhatCannotBeRendered) {
+TEST(RenderedImages, RejectWhatCannotBeRendered) {
   InertialScene scene = inertial_scene("trajectory");
   EXPECT_NE(complaint(scene).find("needs the poses"), std::string::npos);
   scene = small("trajectory");

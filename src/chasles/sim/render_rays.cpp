@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/camera/distortion.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/camera/distortion.hpp>
 #include <chasles/sim/render_rays.hpp>
 
 namespace chasles {
@@ -70,7 +70,7 @@ bool is_beside(const Camera& camera, const Eigen::Vector2d& pixel) {
   return edge && edge->xy.norm() <= across;
 }
 
-[[noreturn]] void refuse_pixel(const Camera& camera, int u, int v) {
+[[noreturn]] void reject_pixel(const Camera& camera, int u, int v) {
   if (is_beside(camera, Eigen::Vector2d(u, v))) {
     throw UsageError(fmt::format(
         "the camera's pixel ({}, {}) is 90 degrees from the optical axis or beyond, and a lens may "
@@ -97,7 +97,7 @@ RayTable make_rays(const Camera& camera) {
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = unproject(camera, {u, v});
-      if (!ray) refuse_pixel(camera, u, v);
+      if (!ray) reject_pixel(camera, u, v);
       rays.x.push_back(static_cast<float>(ray->ray.x()));
       rays.y.push_back(static_cast<float>(ray->ray.y()));
     }

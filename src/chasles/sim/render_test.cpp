@@ -138,11 +138,11 @@ TEST(Render, ASecondCameraSeesTheWallShiftedByItsDisparity) {
   }
 }
 
-// The nearest surface, by intersecting all surfaces one by one in double precision. `doubtful`: the
-// ray passes within about a hundredth of a degree of an edge.
+// The nearest surface, by intersecting all surfaces one by one in double precision. `ambiguous`:
+// the ray passes within about a hundredth of a degree of an edge.
 struct Met {
   int surface = -1;
-  bool doubtful = false;
+  bool ambiguous = false;
 };
 
 Met brute_force(const std::vector<Surface>& surfaces, const Vector3d& eye, const Vector3d& ray) {
@@ -158,7 +158,7 @@ Met brute_force(const std::vector<Surface>& surfaces, const Vector3d& eye, const
     const Vector3d p = eye + depth * ray - s.corner;
     const double u = p.dot(s.right.normalized()), v = p.dot(s.down.normalized());
     const double edge = std::max({-u, -v, u - s.right.norm(), v - s.down.norm()});
-    if (std::abs(edge) < 5e-4 * (1 + depth) && depth < nearest + 1e-3) met.doubtful = true;
+    if (std::abs(edge) < 5e-4 * (1 + depth) && depth < nearest + 1e-3) met.ambiguous = true;
     if (edge > 0 || depth >= nearest) continue;
     nearest = depth;
     met.surface = static_cast<int>(i);
@@ -192,7 +192,7 @@ TEST(Render, EveryRayMeetsTheNearestSurfaceAndNoneIsLost) {
                                                     static_cast<double>(rays.y[i]), 1);
       const Met expected = brute_force(world.surfaces, world_T_cam.p, ray);
       ASSERT_GE(seen[i], 0) << "a hole at pixel " << i << " of view " << k;
-      if (expected.doubtful) continue;
+      if (expected.ambiguous) continue;
       ++compared;
       wrong += seen[i] == expected.surface ? 0 : 1;
     }
@@ -235,7 +235,7 @@ TEST(Render, AnImageIsTheMeanOfAFinerOne) {
   fine.cy = (coarse.cy + 0.5) * kFiner - 0.5;
   const SE3 pose = looking(0.3, 0.05, 0.1, {1, 0.2, 0});
   const auto image = rendered(world, coarse, pose), large = rendered(world, fine, pose);
-  double square = 0, deviation = 0, mean = 0;
+  double square = 0, variation = 0, mean = 0;
   for (const float shade : image)
     mean += static_cast<double>(shade) / static_cast<double>(image.size());
   for (int v = 0; v < coarse.height; ++v) {
@@ -247,10 +247,10 @@ TEST(Render, AnImageIsTheMeanOfAFinerOne) {
       }
       const auto shade = static_cast<double>(image[static_cast<std::size_t>(v * coarse.width + u)]);
       square += std::pow(sum / (kFiner * kFiner) - shade, 2);
-      deviation += std::pow(shade - mean, 2);
+      variation += std::pow(shade - mean, 2);
     }
   }
-  EXPECT_LT(square / deviation, 0.03);
+  EXPECT_LT(square / variation, 0.03);
   EXPECT_LT(std::sqrt(square / static_cast<double>(image.size())), 7);
 }
 
@@ -313,7 +313,7 @@ TEST(Render, APartOfABuildingChanges) {
   EXPECT_EQ(same_part(half, with(0.5)), 1);
 }
 
-TEST(Render, ALensWithoutARayForAPixelIsRefused) {
+TEST(Render, ALensWithoutARayForAPixelIsRejected) {
   Camera camera = forward_camera(752, 480, 200);
   camera.distortion = Distortion::kRadtan;
   camera.coefficients << -0.9, 0, 0, 0;
@@ -325,7 +325,7 @@ TEST(Render, ALensWithoutARayForAPixelIsRefused) {
   }
 }
 
-TEST(Render, AFisheyeOfMoreThan180DegreesIsRefusedForItsAngle) {
+TEST(Render, AFisheyeOfMoreThan180DegreesIsRejectedForItsAngle) {
   Camera camera = forward_camera(752, 480, 200);  // the corner: 446 px, 2.2 rad
   camera.distortion = Distortion::kEquidistant;
   camera.coefficients.setZero();

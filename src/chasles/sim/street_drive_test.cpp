@@ -63,7 +63,7 @@ TEST(StreetPath, EachLetterTurnsByAQuarter) {
   EXPECT_NEAR(heading("LLLLL"), 5 * kPi / 2, 1e-12);
 }
 
-TEST(StreetDrive, StartsAtTheIdentityAndAtRest) {
+TEST(StreetDrive, StartsAtTheIdentityAndAtStandstill) {
   const StreetDrive drive = make_street_drive({});
   const DriveState start = state_at(drive, 0);
   EXPECT_TRUE(start.world_T_imu.R.isIdentity(1e-15));

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/sim/refuse_setting.hpp>
-#include <chasles/sim/street_settings.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/sim/reject_setting.hpp>
+#include <chasles/sim/street_settings.hpp>
 
 namespace chasles {
 namespace {
@@ -33,20 +33,20 @@ void validate(const StreetSettings& settings) {
   validate_fields(settings, kSimulationSetting);
   const auto wrong = settings.route.find_first_not_of("LRS");
   if (wrong != std::string::npos) {
-    refuse_setting("route", settings.route,
+    reject_setting("route", settings.route,
                    fmt::format("only the letters L, R and S; letter {} is '{}'", wrong + 1,
                                settings.route[wrong]));
   }
   if (settings.corner_speed > settings.cruise_speed) {
-    refuse_setting("corner_speed", fmt::format("{} m/s", settings.corner_speed),
+    reject_setting("corner_speed", fmt::format("{} m/s", settings.corner_speed),
                    fmt::format("at most cruise_speed, {} m/s", settings.cruise_speed));
   }
   if (settings.max_depth <= settings.min_depth) {
-    refuse_setting("max_depth", fmt::format("{} m", settings.max_depth),
+    reject_setting("max_depth", fmt::format("{} m", settings.max_depth),
                    fmt::format("more than min_depth, {} m", settings.min_depth));
   }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
-    refuse_setting("image_border", fmt::format("{} px", settings.image_border),
+    reject_setting("image_border", fmt::format("{} px", settings.image_border),
                    fmt::format("less than half of the image of {} x {} px", settings.image_width,
                                settings.image_height));
   }

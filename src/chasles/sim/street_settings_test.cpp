@@ -36,8 +36,8 @@ std::string complaint(const StreetSettings& settings) {
   return "";
 }
 
-void expect_street_refused(const StreetSettings& settings, const std::string& field,
-                           const std::string& found) {
+void expect_street_rejected(const StreetSettings& settings, const std::string& field,
+                            const std::string& found) {
   const std::string message = complaint(settings);
   EXPECT_NE(message.find(field), std::string::npos) << field << ": '" << message << "'";
   EXPECT_NE(message.find(found), std::string::npos) << field << ": '" << message << "'";
@@ -63,7 +63,7 @@ TEST(StreetSettings, EveryFieldHasAMeaningAndANumberHasItsRange) {
   });
   EXPECT_GE(fields, 50);
   test::expect_each_field_is_described<StreetSettings>();
-  test::expect_each_field_is_judged<StreetSettings>("simulation setting ");
+  test::expect_each_field_is_assessed<StreetSettings>("simulation setting ");
 }
 
 TEST(StreetSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
@@ -76,24 +76,24 @@ TEST(StreetSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
           for (const double bad : {Number::quiet_NaN(), Number::infinity(), -1e30, 1e30}) {
             StreetSettings settings;
             set(settings, name, bad);
-            expect_street_refused(settings, name, "");
+            expect_street_rejected(settings, name, "");
           }
         } else if constexpr (std::is_same_v<Value, int>) {
           StreetSettings settings;
           set(settings, name, -1);
-          expect_street_refused(settings, name, "-1");
+          expect_street_rejected(settings, name, "-1");
         }
       });
 }
 
-TEST(StreetSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
+TEST(StreetSettings, ZeroLengthsRatesAndSpeedsAreRejected) {
   for (const char* name :
        {"block_length", "block_width", "corner_length", "cruise_speed", "corner_speed",
         "acceleration", "road_wavelength", "sway_wavelength", "street_width", "imu_height",
         "focal_length", "baseline", "frame_rate", "track_life", "min_depth", "max_depth"}) {
     StreetSettings settings;
     set(settings, name, 0.0);
-    expect_street_refused(settings, name, "found 0");
+    expect_street_rejected(settings, name, "found 0");
   }
 }
 
@@ -101,23 +101,23 @@ TEST(StreetSettings, AFractionIsAtMostOne) {
   for (const char* name : {"outlier_fraction", "moving_fraction", "dropped_fraction"}) {
     StreetSettings settings;
     set(settings, name, 1.01);
-    expect_street_refused(settings, name, "1.01");
+    expect_street_rejected(settings, name, "1.01");
   }
 }
 
 TEST(StreetSettings, AnUnknownLetterOfTheRouteIsNamed) {
-  expect_street_refused({.route = "LLX"}, "route", "letter 3 is 'X'");
+  expect_street_rejected({.route = "LLX"}, "route", "letter 3 is 'X'");
 }
 
-TEST(StreetSettings, WhatCannotBeDrivenIsRefused) {
-  expect_street_refused({.block_width = 50}, "cruise_speed", "too short");
-  expect_street_refused({.block_width = 20}, "corner_length", "20 m");
-  expect_street_refused({.street_width = 6}, "street_width", "6 m");
-  expect_street_refused({.corner_speed = 9}, "corner_speed", "9 m/s");
-  expect_street_refused({.min_depth = 70}, "max_depth", "60 m");
-  expect_street_refused({.image_border = 188}, "image_border", "188 px");
-  expect_street_refused({.frame_rate = 1000, .velocities_per_frame = 1000}, "frame_rate",
-                        "samples");
+TEST(StreetSettings, WhatCannotBeDrivenIsRejected) {
+  expect_street_rejected({.block_width = 50}, "cruise_speed", "too short");
+  expect_street_rejected({.block_width = 20}, "corner_length", "20 m");
+  expect_street_rejected({.street_width = 6}, "street_width", "6 m");
+  expect_street_rejected({.corner_speed = 9}, "corner_speed", "9 m/s");
+  expect_street_rejected({.min_depth = 70}, "max_depth", "60 m");
+  expect_street_rejected({.image_border = 188}, "image_border", "188 px");
+  expect_street_rejected({.frame_rate = 1000, .velocities_per_frame = 1000}, "frame_rate",
+                         "samples");
 }
 
 }  // namespace

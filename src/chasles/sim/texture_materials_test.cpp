@@ -43,7 +43,7 @@ double correlation(const Canvas& a, const Canvas& b) {
   return pq / std::sqrt(pp * qq);
 }
 
-TEST(PaintSurface, NoTwoSurfacesLookAlike) {
+TEST(PaintSurface, NoTwoSurfacesAreAlike) {
   for (const Material material : kAll) {
     const Canvas first = painted(material, 1, 1);
     EXPECT_NEAR(correlation(first, first), 1, 1e-9);

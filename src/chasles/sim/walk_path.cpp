@@ -72,8 +72,8 @@ void check_walk_clearance(const InertialSettings& s, const Trajectory& path) {
   const auto furniture = walk_furniture(s);
   const double ceiling = s.corridor_height - s.imu_height - kWalkClearance;
   // The path repeats itself: on a very long path not every pose needs a check.
-  constexpr std::size_t kLooks = 100000;
-  for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / kLooks) {
+  constexpr std::size_t kSampled = 100000;
+  for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / kSampled) {
     const Eigen::Vector3d& p = path[i].pose.p;
     const bool free = distance_to_walls(walls, p.head<2>()) > kWalkClearance && p.z() < ceiling &&
                       p.z() > kWalkClearance - s.imu_height;

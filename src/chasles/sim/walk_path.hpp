@@ -1,7 +1,7 @@
 #pragma once
 
-#include <chasles/recording/plan.hpp>
 #include <chasles/lie/trajectory.hpp>
+#include <chasles/recording/plan.hpp>
 #include <chasles/sim/floor_plan.hpp>
 #include <chasles/sim/inertial_path.hpp>
 

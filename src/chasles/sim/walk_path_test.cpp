@@ -48,7 +48,7 @@ TEST(WalkPath, GoesRoundBothLoopsAndComesBackToItsStart) {
   EXPECT_LT((path.back().pose.p - path.front().pose.p).head<2>().norm(), 1e-6);
 }
 
-TEST(WalkPath, RestsAndThenBobsWithEveryStep) {
+TEST(WalkPath, StandsAndThenBobsWithEveryStep) {
   const InertialSettings s = walk_settings();
   const Spline motion = inertial_motion(inertial_scene("walk"));
   for (double t = 0.2; t < s.rest_duration - 0.2; t += 0.1) {
@@ -70,14 +70,14 @@ TEST(WalkPath, ItsDurationCanBeShortened) {
   InertialSettings s = walk_settings();
   const Trajectory whole = walk_path(s);
   s.walk_duration = 30;
-  const Trajectory begun = walk_path(s);
-  EXPECT_NEAR(to_seconds(begun.back().time), 30, 1e-6);
+  const Trajectory started = walk_path(s);
+  EXPECT_NEAR(to_seconds(started.back().time), 30, 1e-6);
   // The same path, only shorter.
-  for (std::size_t i = 0; i < begun.size(); i += 100) {
-    const double at = to_seconds(begun[i].time) / to_seconds(whole.back().time);
+  for (std::size_t i = 0; i < started.size(); i += 100) {
+    const double at = to_seconds(started[i].time) / to_seconds(whole.back().time);
     const auto k =
         static_cast<std::size_t>(std::lround(at * static_cast<double>(whole.size() - 1)));
-    EXPECT_LT((begun[i].pose.p - whole[k].pose.p).norm(), 0.02);
+    EXPECT_LT((started[i].pose.p - whole[k].pose.p).norm(), 0.02);
   }
   s.walk_duration = 1e5;
   EXPECT_EQ(walk_path(s).size(), whole.size());
@@ -98,7 +98,7 @@ TEST(WalkPath, KeepsAwayFromWallsAndFurniture) {
   EXPECT_LT(nearest, 1.4);
 }
 
-TEST(WalkPath, RefusesABuildingThatIsTooSmall) {
+TEST(WalkPath, RejectsABuildingThatIsTooSmall) {
   InertialSettings s = walk_settings();
   s.hall_width = 8;
   EXPECT_NE(walk_complaint(s).find("hall_width = 8 m: expected at least 8.6 m"), std::string::npos)

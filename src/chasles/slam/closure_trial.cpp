@@ -14,8 +14,8 @@ constexpr std::size_t kLeastRejected = 3;
 
 }  // namespace
 
-std::optional<Estimate> ClosureTrial::judge(const FeatureFrame& frame,
-                                            std::unique_ptr<InertialSlam>& slam) {
+std::optional<Estimate> ClosureTrial::assess(const FeatureFrame& frame,
+                                             std::unique_ptr<InertialSlam>& slam) {
   if (auto without = slam->take_without()) {
     if (!without_) {
       without_ = std::move(without);

@@ -22,7 +22,7 @@ class ClosureTrial {
     if (without_) without_->process(measurement);
   }
   /// After each frame of the filter: the estimate of the other one, if it has replaced the filter.
-  std::optional<Estimate> judge(const FeatureFrame& frame, std::unique_ptr<InertialSlam>& slam);
+  std::optional<Estimate> assess(const FeatureFrame& frame, std::unique_ptr<InertialSlam>& slam);
   void end();
 
  private:

@@ -79,7 +79,7 @@ Result run(const Recording& recording, Recognise recognise, bool on_trial) {
     if (!frame) continue;
     Estimate e = slam->process(*frame);
     if (on_trial) {
-      if (const auto without = trial.judge(*frame, slam)) {
+      if (const auto without = trial.assess(*frame, slam)) {
         EXPECT_EQ(without->time, e.time);
         e = *without;
         ++result.undone;
@@ -113,7 +113,8 @@ TEST(ClosureTrial, UndoesWrongReturns) {
   const auto error = [&](const Result& result) {
     return test::error_from(result.estimates, recording);
   };
-  // It differs from a filter without returns: it does not begin the landmarks that are to return.
+  // It differs from a filter without returns: it does not initialise the landmarks that are to
+  // return.
   EXPECT_LT(error(tried), 1.5 * error(without));
   EXPECT_LT(error(tried), 0.85 * error(untried));
 }

@@ -38,13 +38,13 @@ void FilterHealth::assess(Estimate& e, bool sane_clock) {
   starved_ = starves ? starved_ + 1 : 0;
   const bool contradict = recent_innovations_.contradict(e.time, e.nis, e.nis_dof);
   if (was_blind(e.time, !few || e.zero_velocity)) {
-    e.doubt = Doubt::kFewObservations;
+    e.degradation = Degradation::kFewObservations;
   } else if (starved_ > 10) {
-    e.doubt = few ? Doubt::kFewObservations : Doubt::kRejections;
+    e.degradation = few ? Degradation::kFewObservations : Degradation::kRejections;
   } else if (contradict) {
-    e.doubt = Doubt::kInnovations;
+    e.degradation = Degradation::kInnovations;
   }
-  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
+  if (e.degradation != Degradation::kNone) e.health = Health::kDegraded;
 }
 
 }  // namespace chasles

@@ -30,22 +30,22 @@ TEST(FilterHealth, IsGoodWhileObservationsAreUsed) {
   FilterHealth health;
   const Estimate e = last_of(health, 0, 5, 20, 2);
   EXPECT_EQ(e.health, Health::kOk);
-  EXPECT_EQ(e.doubt, Doubt::kNone);
+  EXPECT_EQ(e.degradation, Degradation::kNone);
 }
 
 TEST(FilterHealth, ASecondWithoutObservationsDegradesItAndOneMoreAfter) {
   FilterHealth health;
   last_of(health, 0, 1, 20);
   EXPECT_EQ(last_of(health, 1, 1.8, 0).health, Health::kOk);
-  EXPECT_EQ(last_of(health, 1.8, 3, 0).doubt, Doubt::kFewObservations);
-  EXPECT_EQ(last_of(health, 3, 3.8, 20).doubt, Doubt::kFewObservations);
+  EXPECT_EQ(last_of(health, 1.8, 3, 0).degradation, Degradation::kFewObservations);
+  EXPECT_EQ(last_of(health, 3, 3.8, 20).degradation, Degradation::kFewObservations);
   EXPECT_EQ(last_of(health, 3.8, 5, 20).health, Health::kOk);
 }
 
 TEST(FilterHealth, RejectionsDegradeIt) {
   FilterHealth health;
   EXPECT_EQ(last_of(health, 0, 0.9, 5, 20).health, Health::kOk);
-  EXPECT_EQ(last_of(health, 0.9, 2, 5, 20).doubt, Doubt::kRejections);
+  EXPECT_EQ(last_of(health, 0.9, 2, 5, 20).degradation, Degradation::kRejections);
 }
 
 TEST(FilterHealth, InnovationsThatAreTooLargeDegradeIt) {
@@ -57,7 +57,7 @@ TEST(FilterHealth, InnovationsThatAreTooLargeDegradeIt) {
     e.nis = 4 * e.nis_dof;
     health.assess(e, true);
   }
-  EXPECT_EQ(e.doubt, Doubt::kInnovations);
+  EXPECT_EQ(e.degradation, Degradation::kInnovations);
 }
 
 TEST(FilterHealth, AStandstillNeedsNoObservation) {

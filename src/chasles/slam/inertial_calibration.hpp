@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <chasles/filter/calibration.hpp>
-#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/initialise/inertial_start.hpp>
+#include <chasles/slam/inertial_settings.hpp>
 
 namespace chasles {
 

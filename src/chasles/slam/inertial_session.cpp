@@ -12,7 +12,7 @@ namespace {
 
 // The filter is lost when so many more frames contradict it than agree with it.
 constexpr int kContradictions = 40;
-constexpr int kDoubts = 2;  // as many already degrade it
+constexpr int kMostContradictions = 2;  // as many already degrade it
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
 // Between frames that keep their images until the start.
@@ -130,7 +130,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     return estimate ? std::vector{*estimate} : std::vector<Estimate>{};
   }
   if (given_) return wait_for_given(frame);
-  frames_.push_back(kept(frame, frames_, map_to_look_in() != nullptr));
+  frames_.push_back(kept(frame, frames_, map_to_search() != nullptr));
   std::optional<InertialStart> start;
   if (!frame.pixels.empty()) {
     FeatureFrame by_clock = frames_.back();
@@ -170,7 +170,7 @@ std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame)
 
 std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
-                                         sensors_.pixel_sigma, start, map_to_look_in(),
+                                         sensors_.pixel_sigma, start, map_to_search(),
                                          start_settings_.in_map && !agreed_);
   initialiser_.reset();
   waiting_since_.reset();
@@ -194,16 +194,16 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
 // An estimate that is not finite is replaced by the last finite one.
 std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   Estimate e = slam_->process(frame);
-  if (const auto without = trial_.judge(frame, slam_)) e = *without;
+  if (const auto without = trial_.assess(frame, slam_)) e = *without;
   if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that decreases, or restarts, does not turn time back.
   if (!first_time_) first_time_ = e.time;
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
   if (is_credible(e)) {
-    if (contradictions_ > kDoubts && e.health == Health::kOk) {
+    if (contradictions_ > kMostContradictions && e.health == Health::kOk) {
       e.health = Health::kDegraded;
-      e.doubt = has_unknown_speed(e) ? Doubt::kUnknownSpeed : Doubt::kRejections;
+      e.degradation = has_unknown_speed(e) ? Degradation::kUnknownSpeed : Degradation::kRejections;
     }
     last_ = e;
     if (contradictions_ == 0) agreed_ = e;
@@ -279,7 +279,7 @@ void InertialSession::keep_map(bool lost) {
   seen_before_ = std::make_shared<LandmarkMap>(std::move(map));
 }
 
-std::shared_ptr<const LandmarkMap> InertialSession::map_to_look_in() const {
+std::shared_ptr<const LandmarkMap> InertialSession::map_to_search() const {
   return prior_ ? prior_ : seen_before_;
 }
 
@@ -331,7 +331,7 @@ PlaceCounts InertialSession::place_counts() const {
   const PlaceCounts& own = slam_->loops().place_counts();
   counts.searches += own.searches;
   counts.proposed += own.proposed;
-  counts.refused += own.refused;
+  counts.rejected += own.rejected;
   if (own.placed) counts.placed = own.placed;
   return counts;
 }

@@ -109,7 +109,7 @@ class InertialSession {
   void reset(bool lost);
   void end_part(bool lost);
   void keep_map(bool lost);
-  std::shared_ptr<const LandmarkMap> map_to_look_in() const;
+  std::shared_ptr<const LandmarkMap> map_to_search() const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;

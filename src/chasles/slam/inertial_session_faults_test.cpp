@@ -32,7 +32,7 @@ Recording with_garbage(double from, double to) {
   return recording;
 }
 
-TEST(InertialSessionFaults, GarbageForASecondIsRefusedAndDegrades) {
+TEST(InertialSessionFaults, GarbageForASecondIsRejectedAndDegrades) {
   const Recording recording = with_garbage(4, 5);
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);

@@ -241,7 +241,7 @@ TEST(InertialSlam, OutliersAndDroppedFramesAreSurvived) {
   EXPECT_LT(averages(trial).position_error, 0.3);
 }
 
-TEST(InertialSlam, AnOutageIsPredictedOverWithAnHonestCovarianceAndRecoveredFrom) {
+TEST(InertialSlam, AnOutageIsPredictedOverWithAConsistentCovarianceAndRecoveredFrom) {
   Recording recording = simulate_inertial(short_hallway(), 0);
   const Time from = recording.frames.front().time + from_seconds(5);
   for (FeatureFrame& frame : recording.frames) {
@@ -264,7 +264,7 @@ TEST(InertialSlam, SamplesThatAreMissingOrNotFiniteAreBridgedAndCounted) {
   EXPECT_LT(averages(trial).position_error, 0.3);
 }
 
-TEST(InertialSlam, WhatCannotBeUsedIsRefusedOrLeftOut) {
+TEST(InertialSlam, WhatCannotBeUsedIsRejectedOrLeftOut) {
   const Recording recording = simulate_inertial(short_hallway(), 0);
   const FilterVariant filter = ours();
   const InertialStart start = draw_start(recording, filter.settings, 1, 0);

@@ -180,7 +180,7 @@ void LandmarkUpdater::note_initialised(SlamContext& x, int added) {
        ++i) {
     for (PixelOutcome& one : outcomes_) {
       if (one.observation.landmark != landmarks[i].id) continue;
-      one.outcome = Outcome::kBegun;
+      one.outcome = Outcome::kInitialised;
       x.records[i].cameras |= camera_bit(one.observation.camera);
     }
   }

@@ -15,20 +15,21 @@ namespace chasles {
 namespace {
 
 struct Seen {
-  std::map<chasles::Outcome, int> fates;
+  std::map<chasles::Outcome, int> outcomes;
   int expected = 0;    ///< observations with a prediction
   double squares = 0;  ///< of the innovations of used observations, by their own covariance
   int outside = 0;     ///< used, but outside the gate
   int frames = 0, estimates_used = 0, estimates_rejected = 0, estimates_added = 0;
-  std::set<LandmarkId> begun;
+  std::set<LandmarkId> initialised;
 };
 
-void count(std::span<const PixelOutcome> judged, Seen& seen) {
+void count(std::span<const PixelOutcome> outcomes, Seen& seen) {
   static const double kGate = chi2_quantile(InertialSlamSettings{}.gate, 2);
   ++seen.frames;
-  for (const PixelOutcome& one : judged) {
-    ++seen.fates[one.outcome];
-    if (one.outcome == chasles::Outcome::kBegun) seen.begun.insert(one.observation.landmark);
+  for (const PixelOutcome& one : outcomes) {
+    ++seen.outcomes[one.outcome];
+    if (one.outcome == chasles::Outcome::kInitialised)
+      seen.initialised.insert(one.observation.landmark);
     EXPECT_FALSE(one.expected && one.outcome == chasles::Outcome::kWaiting);
     EXPECT_TRUE(one.expected || one.outcome != chasles::Outcome::kUsed);
     if (!one.expected) continue;
@@ -54,7 +55,7 @@ Seen watch(double push) {
                           draw_start(recording, settings, 1, 3));
   Seen seen;
   session.set_observer(
-      [&](const FeatureFrame&, std::span<const PixelOutcome> judged) { count(judged, seen); });
+      [&](const FeatureFrame&, std::span<const PixelOutcome> outcomes) { count(outcomes, seen); });
   EventStream events(recording);
   int number = 0;
   while (auto event = events.next()) {
@@ -71,28 +72,28 @@ Seen watch(double push) {
   return seen;
 }
 
-TEST(JudgedPixels, AreThoseOfTheEstimates) {
+TEST(PixelOutcomes, AreThoseOfTheEstimates) {
   Seen seen = watch(0);
   EXPECT_GT(seen.frames, 100);
-  EXPECT_EQ(seen.fates[chasles::Outcome::kUsed], seen.estimates_used);
-  EXPECT_EQ(seen.fates[chasles::Outcome::kRejected], seen.estimates_rejected);
-  EXPECT_EQ(std::ssize(seen.begun), seen.estimates_added) << "one camera, each begins once";
-  EXPECT_GT(seen.fates[chasles::Outcome::kWaiting], 0);
+  EXPECT_EQ(seen.outcomes[chasles::Outcome::kUsed], seen.estimates_used);
+  EXPECT_EQ(seen.outcomes[chasles::Outcome::kRejected], seen.estimates_rejected);
+  EXPECT_EQ(std::ssize(seen.initialised), seen.estimates_added) << "one camera, each begins once";
+  EXPECT_GT(seen.outcomes[chasles::Outcome::kWaiting], 0);
   EXPECT_EQ(seen.outside, 0);
 }
 
 // Each square is the sum of two squared components of unit variance if the filter is consistent.
 // The mean is 2, within the scatter of some thousands of values that are correlated between frames.
-TEST(JudgedPixels, TheirCovariancesAreThoseOfTheirInnovations) {
+TEST(PixelOutcomes, TheirCovariancesAreThoseOfTheirInnovations) {
   Seen seen = watch(0);
-  ASSERT_GT(seen.fates[chasles::Outcome::kUsed], 2000);
-  EXPECT_NEAR(seen.squares / seen.fates[chasles::Outcome::kUsed], 2, 0.15);
+  ASSERT_GT(seen.outcomes[chasles::Outcome::kUsed], 2000);
+  EXPECT_NEAR(seen.squares / seen.outcomes[chasles::Outcome::kUsed], 2, 0.15);
 }
 
-TEST(JudgedPixels, AGrossErrorIsRejectedWhereItWasExpected) {
+TEST(PixelOutcomes, AGrossErrorIsRejectedWhereItWasExpected) {
   const Seen clean = watch(0), pushed = watch(60);
-  EXPECT_GT(pushed.fates.at(chasles::Outcome::kRejected),
-            clean.fates.at(chasles::Outcome::kRejected) + pushed.frames / 40);
+  EXPECT_GT(pushed.outcomes.at(chasles::Outcome::kRejected),
+            clean.outcomes.at(chasles::Outcome::kRejected) + pushed.frames / 40);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ void Propagator::advance_to(SlamContext& x, Time time) {
 // With an estimated time offset the state is that of an image, whatever its time on the IMU's
 // clock: it moves to images alone, and the measurements apply at the frame.
 void Propagator::apply_timed(SlamContext& x, Time frame) {
-  const Time until = x.clock(frame), offset = until - frame, begun = x.now;
+  const Time until = x.clock(frame), offset = until - frame, started = x.now;
   std::ranges::stable_sort(timed_, {}, &TimedMeasurement::time);
   const auto later = std::ranges::upper_bound(timed_, until, {}, &TimedMeasurement::time);
   const std::vector<TimedMeasurement> due(std::make_move_iterator(timed_.begin()),
@@ -65,7 +65,7 @@ void Propagator::apply_timed(SlamContext& x, Time frame) {
   timed_.erase(timed_.begin(), later);  // even if a model throws
   for (const TimedMeasurement& one : due) {
     const Time time = one.time - offset;
-    if (time < begun) {
+    if (time < started) {
       ++timed_counts_.late;
       continue;
     }

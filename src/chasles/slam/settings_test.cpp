@@ -1,6 +1,6 @@
 #include <chasles/base/settings_testing.hpp>
-#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
+#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/velocity/velocity_settings.hpp>
 
 namespace chasles::test {
@@ -13,16 +13,16 @@ Settings with(const Change& change) {
   return settings;
 }
 
-TEST(Settings, EachIsDescribedAndJudged) {
+TEST(Settings, EachIsDescribedAndAssessed) {
   expect_each_field_is_described<VelocitySlamSettings>();
-  expect_each_field_is_judged<VelocitySlamSettings>();
+  expect_each_field_is_assessed<VelocitySlamSettings>();
   expect_each_field_is_described<InertialSlamSettings>();
-  expect_each_field_is_judged<InertialSlamSettings>();
+  expect_each_field_is_assessed<InertialSlamSettings>();
   expect_each_field_is_described<InitialiserSettings>();
-  expect_each_field_is_judged<InitialiserSettings>("start.");
+  expect_each_field_is_assessed<InitialiserSettings>("start.");
 }
 
-TEST(Settings, WhatIsAllowedIsToldInWords) {
+TEST(Settings, WhatIsAllowedIsReportedInWords) {
   EXPECT_EQ(complaint_about(with<VelocitySlamSettings>([](auto& s) { s.gate = 2; })),
             "gate: found 2, expected a finite number above 0 and not above 1 [probability]");
   EXPECT_EQ(complaint_about(with<VelocitySlamSettings>([](auto& s) { s.rate_sigma = -0.5; })),
@@ -33,42 +33,42 @@ TEST(Settings, WhatIsAllowedIsToldInWords) {
             "init: found the value 2, expected one of multi-view, fixed-depth");
 }
 
-TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
-  const auto refused = [](const auto& settings, const std::string& words) {
+TEST(Settings, WhatDoesNotGoTogetherIsRejected) {
+  const auto rejected = [](const auto& settings, const std::string& words) {
     const std::string text = complaint_about(settings);
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  refused(with<VelocitySlamSettings>([](auto& s) {
-            s.mode = SlamMode::kMap;
-            s.velocity_axes = VelocityAxes::kLevel;
-          }),
-          "velocity_axes=level");
-  refused(with<InertialSlamSettings>([](auto& s) { s.composition_interval = 0.5; }),
-          "composition_interval: found 0.5, expected 0 without nav_attitude");
-  refused(with<InertialSlamSettings>([](auto& s) {
-            s.chart = "left-se3";
-            s.keep_scale = Toggle::kTrue;
-          }),
-          "keep_scale: found 'true', expected auto or false");
-  refused(with<InertialSlamSettings>([](auto& s) { s.first_order_transition = true; }),
-          "first_order_transition: found true, expected false with the chart right-sen3");
-  refused(with<InertialSlamSettings>([](auto& s) {
-            s.chart = "standard";
-            s.first_order_transition = s.first_estimates = true;
-          }),
-          "first_order_transition: found true, expected false with first_estimates");
-  refused(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),
-          "numeric_jacobians: found true, expected false, or landmarks: cartesian");
+  rejected(with<VelocitySlamSettings>([](auto& s) {
+             s.mode = SlamMode::kMap;
+             s.velocity_axes = VelocityAxes::kLevel;
+           }),
+           "velocity_axes=level");
+  rejected(with<InertialSlamSettings>([](auto& s) { s.composition_interval = 0.5; }),
+           "composition_interval: found 0.5, expected 0 without nav_attitude");
+  rejected(with<InertialSlamSettings>([](auto& s) {
+             s.chart = "left-se3";
+             s.keep_scale = Toggle::kTrue;
+           }),
+           "keep_scale: found 'true', expected auto or false");
+  rejected(with<InertialSlamSettings>([](auto& s) { s.first_order_transition = true; }),
+           "first_order_transition: found true, expected false with the chart right-sen3");
+  rejected(with<InertialSlamSettings>([](auto& s) {
+             s.chart = "standard";
+             s.first_order_transition = s.first_estimates = true;
+           }),
+           "first_order_transition: found true, expected false with first_estimates");
+  rejected(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),
+           "numeric_jacobians: found true, expected false, or landmarks: cartesian");
   validate(with<InertialSlamSettings>([](auto& s) {
     s.chart = "left-se3";
     s.landmarks = LandmarkForm::kCartesian;
     s.init = LandmarkInit::kFixedDepth;
     s.first_order_transition = s.numeric_jacobians = true;
   }));
-  refused(with<InitialiserSettings>([](auto& s) { s.heading_sigma = 0.1; }),
-          "start.heading_sigma: found 0.1, expected 0 without start.heading");
-  refused(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
-          "start.max_window: found 3, expected at least");
+  rejected(with<InitialiserSettings>([](auto& s) { s.heading_sigma = 0.1; }),
+           "start.heading_sigma: found 0.1, expected 0 without start.heading");
+  rejected(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
+           "start.max_window: found 3, expected at least");
 }
 
 }  // namespace

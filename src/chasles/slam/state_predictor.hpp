@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/sample_gaps.hpp>
-#include <chasles/estimate/estimate.hpp>
 
 namespace chasles {
 

@@ -77,10 +77,10 @@ int TrackUpdater::update(SlamContext& x, CameraSet looking, const CloneWindow& c
     const bool seen = track.seen == x.frame;
     const bool lost = !seen && (track.cameras & looking) != 0;
     const bool last_chance = lost || (augmented && full && has_view(track, clones.oldest()));
-    const bool may_begin = seen && augmented && has_room(x);
-    if (!last_chance && !may_begin) continue;
+    const bool may_initialise = seen && augmented && has_room(x);
+    if (!last_chance && !may_initialise) continue;
     const bool found = find_start(x, track);
-    if (found && may_begin && is_certain(x) && take_projected(x)) {
+    if (found && may_initialise && is_certain(x) && take_projected(x)) {
       landmarks_.append() = start_.landmark;
       track.ended = true;
     } else if (last_chance) {
@@ -126,9 +126,9 @@ TrackUse TrackUpdater::use(const SlamContext& x) {
 bool TrackUpdater::find_start(const SlamContext& x, const WaitingTrack& track) {
   constexpr std::size_t kLeastViews = 3;
   return track.views.size() >= kLeastViews &&
-         begin_multi_view(x.cameras, x.track_noise(), x.state(), track.id, track.views,
-                          x.settings.landmarks == LandmarkForm::kInverseDepth, x.linearisation(),
-                          scratch_, start_);
+         initialise_multi_view(x.cameras, x.track_noise(), x.state(), track.id, track.views,
+                               x.settings.landmarks == LandmarkForm::kInverseDepth,
+                               x.linearisation(), scratch_, start_);
 }
 
 // Whether the views determine the point well enough for a landmark.
@@ -149,7 +149,7 @@ bool TrackUpdater::is_somewhere(const SlamContext& x) const {
 // Adds the projected residual of the views to those of this frame, if it passes the gate.
 bool TrackUpdater::take_projected(const SlamContext& x) {
   const double square = x.filter.joint_normalised_square(start_.rest);
-  if (!(square < x.gate_square(start_.rest_rows))) return false;
+  if (!(square < x.gate_square(start_.null_space_rows))) return false;
   for (const Measurement& z : start_.rest) projected_.append() = z;
   return true;
 }

@@ -21,7 +21,7 @@ std::optional<NewLandmark> UndelayedInitialiser::landmark(const SlamContext& x, 
     if (!own) return std::nullopt;
     depth = *own;
   }
-  const auto begin = anchored ? begin_anchored : begin_at_depth;
+  const auto begin = anchored ? initialise_anchored : initialise_at_depth;
   return begin(camera, x.track_noise().sigma, x.state(), id, pixel, depth.mean, depth.sigma,
                camera_index);
 }
@@ -32,9 +32,9 @@ int UndelayedInitialiser::initialise(SlamContext& x,
   int room = x.settings.max_landmarks - static_cast<int>(x.state().landmarks.size());
   landmarks_.clear();
   for (const PixelObservation* o : fresh) {
-    const bool begun = std::any_of(landmarks_.begin(), landmarks_.end(),
-                                   [&](const NewLandmark& l) { return l.id == o->landmark; });
-    if (room <= 0 || begun) continue;
+    const bool started = std::any_of(landmarks_.begin(), landmarks_.end(),
+                                     [&](const NewLandmark& l) { return l.id == o->landmark; });
+    if (room <= 0 || started) continue;
     if (anchored && landmarks_.empty()) x.keep_pose(x.now);
     const auto made = landmark(x, o->landmark, o->camera, o->pixel, anchored);
     if (!made) continue;

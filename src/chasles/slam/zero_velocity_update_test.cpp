@@ -10,11 +10,11 @@ namespace {
 
 using namespace test;
 
-constexpr double kRest = 12;
+constexpr double kStandstill = 12;
 
-Recording resting_hallway(std::uint64_t run) {
+Recording static_hallway(std::uint64_t run) {
   InertialScene scene = short_hallway();
-  scene.settings.rest_duration = kRest;
+  scene.settings.rest_duration = kStandstill;
   scene.settings.start_duration = 1;
   scene.settings.sections = 1;
   return simulate_inertial(scene, run);
@@ -27,8 +27,8 @@ struct Ending {
 
 // The last estimate before the walk begins, of a run with the lens covered from 3 s on.
 Ending covered(const InertialSlamSettings& settings) {
-  Recording recording = resting_hallway(0);
-  change_frames(recording, 3, kRest, [](FeatureFrame& frame) { frame.pixels.clear(); });
+  Recording recording = static_hallway(0);
+  change_frames(recording, 3, kStandstill, [](FeatureFrame& frame) { frame.pixels.clear(); });
   const InertialStart start = draw_start(recording, settings, 1, 0);
   InertialSlam slam(settings, recording.cameras, *recording.imu_noise,
                     {.convention = recording.imu_convention}, 1, start);
@@ -38,7 +38,7 @@ Ending covered(const InertialSlamSettings& settings) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame || frame->time < start.time) continue;
-    if (frame->time > after(recording, kRest - 0.1)) break;
+    if (frame->time > after(recording, kStandstill - 0.1)) break;
     const Estimate e = slam.process(*frame);
     const auto truth = pose_at(recording.truth, e.time);
     ending.position_error = (e.world_T_imu.p - truth->p).norm();
@@ -66,13 +66,13 @@ TEST(Standstill, HoldsThePoseThroughACoveredLens) {
 // Where the depths are not observable, noise moves assumed ones beyond infinity. The landmarks are
 // kept.
 TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
-  const Recording recording = resting_hallway(0);
+  const Recording recording = static_hallway(0);
   InertialSlamSettings unaware;
   unaware.zupt_velocity_sigma = 0;
   InertialSession session = session_for(recording, std::nullopt, unaware);
   int frames = 0;
   for (const Estimate& e : play(session, recording)) {
-    if (e.time < after(recording, 5) || e.time > after(recording, kRest - 0.5)) continue;
+    if (e.time < after(recording, 5) || e.time > after(recording, kStandstill - 0.5)) continue;
     ++frames;
     EXPECT_GE(e.used, e.in_state - 2) << to_seconds(e.time);
     EXPECT_GE(e.in_state, 10);
@@ -83,7 +83,7 @@ TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
 // Mean NEES of the pose over ten runs, in the last second of the standstill and at the end of the
 // walk.
 struct MeanNees {
-  double at_rest = 0, at_end = 0;
+  double at_standstill = 0, at_end = 0;
 };
 
 constexpr int kRuns = 10;
@@ -92,20 +92,20 @@ template <typename Change>
 MeanNees mean_nees(const Change& change) {
   MeanNees mean;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
-    Recording recording = resting_hallway(run);
+    Recording recording = static_hallway(run);
     change(recording);
-    const Trial trial =
-        run_trial({.name = "rest", .settings = {}}, recording, draw_start(recording, {}, 1, run));
+    const Trial trial = run_trial({.name = "standstill", .settings = {}}, recording,
+                                  draw_start(recording, {}, 1, run));
     EXPECT_FALSE(trial.diverged);
     double sum = 0;
     int count = 0;
     for (const TrialPoint& point : trial.points) {
-      if (point.seconds > kRest - 1 && point.seconds < kRest) {
+      if (point.seconds > kStandstill - 1 && point.seconds < kStandstill) {
         sum += point.nees_pose;
         ++count;
       }
     }
-    mean.at_rest += sum / count / kRuns;
+    mean.at_standstill += sum / count / kRuns;
     mean.at_end += trial.points.back().nees_pose / kRuns;
   }
   return mean;
@@ -113,7 +113,7 @@ MeanNees mean_nees(const Change& change) {
 
 TEST(Standstill, KeepsTheFilterConsistent) {
   const MeanNees mean = mean_nees([](Recording&) {});
-  EXPECT_LT(mean.at_rest, chi2_quantile(0.999, 6 * kRuns) / kRuns);
+  EXPECT_LT(mean.at_standstill, chi2_quantile(0.999, 6 * kRuns) / kRuns);
   EXPECT_LT(mean.at_end, chi2_quantile(0.999, 6 * kRuns) / kRuns);
   EXPECT_GT(mean.at_end, chi2_quantile(0.001, 6 * kRuns) / kRuns);
 }
@@ -123,7 +123,7 @@ TEST(Standstill, KeepsTheFilterConsistent) {
 TEST(Standstill, DoesNotCountTheSameErrorAgainAndAgain) {
   const MeanNees mean = mean_nees([](Recording& recording) {
     std::map<LandmarkId, Eigen::Vector2d> first;
-    change_frames(recording, 1, kRest, [&](FeatureFrame& frame) {
+    change_frames(recording, 1, kStandstill, [&](FeatureFrame& frame) {
       for (PixelObservation& o : frame.pixels) {
         o.pixel = first.emplace(o.landmark, o.pixel).first->second;
       }

@@ -1,7 +1,7 @@
 #include <numbers>
 
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/testing.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 namespace chasles {
 namespace {
@@ -140,7 +140,7 @@ MatrixXd integrated_noise(const Vector6d& velocity, const SE3& world_T_imu, cons
   return P;
 }
 
-TEST(BodyVelocityModel, WalkOfTheVelocityAtRestHasTheExactIntegrals) {
+TEST(BodyVelocityModel, WalkOfTheVelocityAtStandstillHasTheExactIntegrals) {
   const BodyVelocityModel model{.velocity_state = true, .gyro_bias = false, .scale = false};
   const BodyVelocityNoise noise = some_noise();
   test::Random random(3);
@@ -276,7 +276,7 @@ TEST(BodyVelocityModel, LevelSampleOfACarOnASlopeClimbsAndTurnsAboutTheVertical)
   EXPECT_LT(measure_velocity(model, x, u, some_noise()).residual.norm(), 1e-14);
 }
 
-TEST(BodyVelocityModel, LevelSampleOfABodyThatLooksUpIsRefusedByTheUpdate) {
+TEST(BodyVelocityModel, LevelSampleOfABodyThatLooksUpIsRejectedByTheUpdate) {
   const BodyVelocityModel model{
       .velocity_state = true, .gyro_bias = false, .scale = false, .level = true};
   State x;

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <vector>
 
-#include <chasles/velocity/level_axes.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/velocity/level_axes.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/velocity/level_axes.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/velocity/level_axes.hpp>
 
 namespace chasles {
 namespace {

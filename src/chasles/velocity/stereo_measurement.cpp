@@ -40,8 +40,9 @@ std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
   return result;
 }
 
-std::optional<NewLandmark> begin_landmark(const StereoRig& rig, const StereoNoise& noise,
-                                          const State& x, const StereoObservation& observation) {
+std::optional<NewLandmark> initialise_landmark(const StereoRig& rig, const StereoNoise& noise,
+                                               const State& x,
+                                               const StereoObservation& observation) {
   const auto point = triangulate(rig, observation.pixels);
   if (!point) return std::nullopt;
   // Pixels from the three independent numbers (mean u, mean v, disparity), and so the point.

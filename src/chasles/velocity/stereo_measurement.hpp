@@ -28,7 +28,8 @@ std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
 
 /// A landmark from its first observation (Du, eq. 17-19), with the exact covariance of the inverse
 /// projection (docs/derivations.md, D42 to D44); none if the disparity is not positive.
-std::optional<NewLandmark> begin_landmark(const StereoRig& rig, const StereoNoise& noise,
-                                          const State& x, const StereoObservation& observation);
+std::optional<NewLandmark> initialise_landmark(const StereoRig& rig, const StereoNoise& noise,
+                                               const State& x,
+                                               const StereoObservation& observation);
 
 }  // namespace chasles

@@ -1,5 +1,5 @@
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 namespace chasles {
 namespace {
@@ -97,24 +97,25 @@ TEST(StereoMeasurement, PointBehindTheCamerasIsNotMeasured) {
 }
 
 TEST(NewLandmark, NeedsAPositiveDisparity) {
-  EXPECT_FALSE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 0})));
-  EXPECT_FALSE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, -3})));
-  EXPECT_TRUE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 3})));
+  EXPECT_FALSE(initialise_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 0})));
+  EXPECT_FALSE(initialise_landmark(rig(), kPixelNoise, State{}, observation({600, 180, -3})));
+  EXPECT_TRUE(initialise_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 3})));
 }
 
 TEST(NewLandmark, IsSeenWhereItWasSeen) {
   test::Random random(5);
   const State x = state_before_landmark(random, 12);
-  const auto begun = begin_landmark(rig(), kPixelNoise, x, {.landmark = 7, .pixels = projected(x)});
-  ASSERT_TRUE(begun);
-  EXPECT_EQ(begun->id, 7);
-  EXPECT_TRUE(test::agree(begun->p_world, x.landmarks[0].p_world, 1e-12));
+  const auto initialised =
+      initialise_landmark(rig(), kPixelNoise, x, {.landmark = 7, .pixels = projected(x)});
+  ASSERT_TRUE(initialised);
+  EXPECT_EQ(initialised->id, 7);
+  EXPECT_TRUE(test::agree(initialised->p_world, x.landmarks[0].p_world, 1e-12));
 }
 
 // Position of a landmark by the pose's errors and its three numbers.
-VectorXd begun_at(const State& x, const VectorXd& error, const Eigen::Vector3d& rows) {
-  return begin_landmark(rig(), kPixelNoise, test::moved(kStandardChart, x, error),
-                        observation(rows))
+VectorXd initialised_at(const State& x, const VectorXd& error, const Eigen::Vector3d& rows) {
+  return initialise_landmark(rig(), kPixelNoise, test::moved(kStandardChart, x, error),
+                             observation(rows))
       ->p_world;
 }
 
@@ -122,30 +123,33 @@ TEST(NewLandmark, HasTheDerivativesOfItsPosition) {
   test::Random random(6);
   const State x = test::random_state(random, {});
   const Eigen::Vector3d rows(640, 140, 40);
-  const auto begun = begin_landmark(rig(), kPixelNoise, x, observation(rows));
-  ASSERT_TRUE(begun);
-  const auto by_pose = [&](const VectorXd& e) { return begun_at(x, e, rows); };
-  EXPECT_TRUE(
-      test::agree(begun->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)), 1e-10));
-  const auto by_rows = [&](const Eigen::Vector3d& r) { return begun_at(x, VectorXd::Zero(6), r); };
+  const auto initialised = initialise_landmark(rig(), kPixelNoise, x, observation(rows));
+  ASSERT_TRUE(initialised);
+  const auto by_pose = [&](const VectorXd& e) { return initialised_at(x, e, rows); };
+  EXPECT_TRUE(test::agree(initialised->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)),
+                          1e-10));
+  const auto by_rows = [&](const Eigen::Vector3d& r) {
+    return initialised_at(x, VectorXd::Zero(6), r);
+  };
   const MatrixXd D = test::numeric_derivative(by_rows, rows, 1e-4);
   const Eigen::Vector3d variances(kPixelNoise.u * kPixelNoise.u, kPixelNoise.v * kPixelNoise.v,
                                   kPixelNoise.disparity * kPixelNoise.disparity);
-  EXPECT_TRUE(test::agree(begun->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
+  EXPECT_TRUE(test::agree(initialised->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
 }
 
-TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
+TEST(NewLandmark, ErrorOfANearOneIsDistributedAsStatedTogetherWithThePose) {
   test::Random random(7);
   const State x = test::random_state(random, {});
   const Eigen::Vector3d rows(640, 140, 120);  // 2 m away: linear over the noise of a pixel
-  const auto begun = begin_landmark(rig(), kPixelNoise, x, observation(rows));
-  ASSERT_TRUE(begun);
+  const auto initialised = initialise_landmark(rig(), kPixelNoise, x, observation(rows));
+  ASSERT_TRUE(initialised);
   const MatrixXd P_pose = test::random_covariance(random, 6, 0.01);
   MatrixXd P(9, 9);
   P.topLeftCorner<6, 6>() = P_pose;
-  P.bottomLeftCorner<3, 6>() = begun->d_pose * P_pose;
+  P.bottomLeftCorner<3, 6>() = initialised->d_pose * P_pose;
   P.topRightCorner<6, 3>() = P.bottomLeftCorner<3, 6>().transpose();
-  P.bottomRightCorner<3, 3>() = begun->d_pose * P_pose * begun->d_pose.transpose() + begun->noise;
+  P.bottomRightCorner<3, 3>() =
+      initialised->d_pose * P_pose * initialised->d_pose.transpose() + initialised->noise;
   // Truth and estimate are exchanged: true pose and pixels scatter around the estimate of the
   // filter.
   MatrixXd samples(9, 4000);
@@ -153,7 +157,7 @@ TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
   for (auto sample : samples.colwise()) {
     const VectorXd e = test::normal_of(random, P_pose);
     const Eigen::Vector3d noisy = rows + sigma.cwiseProduct(random.normal_vector(3));
-    sample << e, begun_at(x, e, noisy) - begun->p_world;
+    sample << e, initialised_at(x, e, noisy) - initialised->p_world;
   }
   EXPECT_TRUE(test::has_covariance(samples, P));
 }

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include <chasles/velocity/level_axes.hpp>
 #include <chasles/imu/signal_noise.hpp>
+#include <chasles/velocity/level_axes.hpp>
 #include <chasles/velocity/velocity_noise.hpp>
 
 namespace chasles {
@@ -63,8 +63,8 @@ BodyVelocityNoise motion_noise(const VelocitySlamSettings& settings,
   return noise;
 }
 
-StereoNoise begin_noise(const VelocitySlamSettings& settings, std::span<const FeatureFrame> frames,
-                        const StatedNoise& stated) {
+StereoNoise initialisation_noise(const VelocitySlamSettings& settings,
+                                 std::span<const FeatureFrame> frames, const StatedNoise& stated) {
   StereoNoise noise;
   if (stated.pixels) {
     const Eigen::Vector4d& s = *stated.pixels;
@@ -116,8 +116,8 @@ VelocitySlamNoise choose_noise(const VelocitySlamSettings& settings,
   noise.level_velocities = are_level(settings, velocities);
   noise.gyro_bias_sigma = settings.gyro_bias_sigma.value_or(
       kBiasPerSigma * noise.motion.sample_sigma.head<3>().maxCoeff());
-  noise.begin = begin_noise(settings, frames, stated);
-  noise.update = noise.begin;
+  noise.initialisation = initialisation_noise(settings, frames, stated);
+  noise.update = noise.initialisation;
   noise.update.disparity *=
       settings.disparity_inflation.value_or(stated.pixels ? 1 : kDisparityInflation);
   return noise;

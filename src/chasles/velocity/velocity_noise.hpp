@@ -6,10 +6,10 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/velocity/body_velocity_model.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/imu/body_velocity.hpp>
 #include <chasles/imu/signal_noise.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/velocity/velocity_settings.hpp>
 
 namespace chasles {
@@ -18,7 +18,7 @@ namespace chasles {
 struct VelocitySlamNoise {
   BodyVelocityNoise motion;
   double gyro_bias_sigma = 0;  ///< initial [rad/s]
-  StereoNoise begin;           ///< of an observation that initialises a landmark
+  StereoNoise initialisation;  ///< of an observation that initialises a landmark
   StereoNoise update;          ///< of an observation that updates one
   /// Whether the noise of updates includes errors that stay constant along a track, so that it
   /// exceeds the scatter of the observations. True where it was measured and not stated.

@@ -55,7 +55,7 @@ TEST(ChooseNoise, MeasuresWhatNobodySays) {
     EXPECT_NEAR(noise.motion.sample_sigma[3 + axis], 0.5, 0.1);
   }
   EXPECT_GT(noise.gyro_bias_sigma, 0);
-  EXPECT_GT(noise.update.disparity, noise.begin.disparity);
+  EXPECT_GT(noise.update.disparity, noise.initialisation.disparity);
 }
 
 // Data without visible noise still have constant errors (docs/noise.md).
@@ -72,8 +72,8 @@ TEST(ChooseNoise, PrefersTheRecordingToItsEstimate) {
   const VelocitySlamNoise noise =
       choose_noise({}, drive(0.5, 0.05), frames_with_rows(0.3, 0), stated);
   EXPECT_EQ(noise.motion.sample_sigma, (Vector6d() << 4, 5, 6, 1, 2, 3).finished());
-  EXPECT_DOUBLE_EQ(noise.begin.u, 2.5);        // of (uL + uR)/2
-  EXPECT_DOUBLE_EQ(noise.begin.disparity, 5);  // of uL - uR
+  EXPECT_DOUBLE_EQ(noise.initialisation.u, 2.5);        // of (uL + uR)/2
+  EXPECT_DOUBLE_EQ(noise.initialisation.disparity, 5);  // of uL - uR
   EXPECT_DOUBLE_EQ(noise.update.disparity, 5);
 }
 
@@ -94,9 +94,9 @@ TEST(ChooseNoise, PrefersTheSettingsToAnything) {
   const VelocitySlamNoise noise = choose_noise(settings, {}, {}, stated);
   EXPECT_EQ(noise.motion.sample_sigma, (Vector6d() << 0.07, 0.07, 0.07, 0.7, 0.7, 0.7).finished());
   EXPECT_EQ(noise.motion.walk, (Vector6d() << 0.2, 0.2, 0.2, 2, 2, 2).finished());
-  EXPECT_EQ(noise.begin.u, 1.5);
-  EXPECT_EQ(noise.begin.v, 1.5);
-  EXPECT_EQ(noise.begin.disparity, 0.9);
+  EXPECT_EQ(noise.initialisation.u, 1.5);
+  EXPECT_EQ(noise.initialisation.v, 1.5);
+  EXPECT_EQ(noise.initialisation.disparity, 0.9);
   EXPECT_DOUBLE_EQ(noise.update.disparity, 2.7);
   EXPECT_EQ(noise.gyro_bias_sigma, 0.01);
   EXPECT_EQ(noise.motion.gyro_bias_walk, 1e-4);
@@ -145,7 +145,7 @@ TEST(ChooseNoise, IsPositiveForAnEmptyRecording) {
   const VelocitySlamNoise noise = choose_noise({}, {}, {}, {});
   EXPECT_GT(noise.motion.sample_sigma.minCoeff(), 0);
   EXPECT_GT(noise.motion.walk.minCoeff(), 0);
-  EXPECT_GT(noise.begin.u, 0);
+  EXPECT_GT(noise.initialisation.u, 0);
 }
 
 }  // namespace

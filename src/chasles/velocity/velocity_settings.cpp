@@ -1,5 +1,5 @@
-#include <chasles/velocity/velocity_settings.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/velocity/velocity_settings.hpp>
 
 namespace chasles {
 

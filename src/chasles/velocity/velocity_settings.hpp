@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
+#include <chasles/base/settings.hpp>
 #include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/velocity/stereo_rows.hpp>
-#include <chasles/base/settings.hpp>
 
 namespace chasles {
 

@@ -4,11 +4,11 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/stage_clock.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/velocity/velocity_model.hpp>
 #include <chasles/velocity/velocity_slam.hpp>
-#include <chasles/base/stage_clock.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -33,7 +33,7 @@ State initial_state(const BodyVelocityModel& model) {
 
 // The mean of an unknown velocity is arbitrary. It is set to the first sample, so that level axes
 // are linearised at a velocity that is about right.
-Prediction begin_at(const State& x, const BodyVelocity& u) {
+Prediction start_at(const State& x, const BodyVelocity& u) {
   const int n = x.core_size();
   Prediction begin{.world_T_imu = x.world_T_imu,
                    .v_world = x.v_world,
@@ -83,7 +83,7 @@ Estimate VelocitySlam::process(const FeatureFrame& frame) {
   estimate.in_state = static_cast<int>(x.landmarks.size());
   estimate.landmarks = filter_.map_size();
   filter_.remember_pose(frame.time);
-  judge(estimate);
+  assess(estimate);
   return estimate;
 }
 
@@ -92,7 +92,7 @@ void VelocitySlam::see(const FeatureFrame& frame, Estimate& estimate) {
   const Observations observations = usable(frame);
   Matched matched = match(observations);
   if (settings_.update_with_first_observation) {
-    estimate.added = begin(matched.fresh);
+    estimate.added = initialise(matched.fresh);
     matched = match(observations);
   }
   estimate.rejected = drop_outliers(matched.known);
@@ -106,7 +106,7 @@ void VelocitySlam::see(const FeatureFrame& frame, Estimate& estimate) {
   retire_unseen();
   // After the update: an observation either initialises a landmark or updates the state, never
   // both.
-  if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
+  if (!settings_.update_with_first_observation) estimate.added = initialise(matched.fresh);
   estimate.seconds->landmarks = clock.lap();
 }
 
@@ -121,7 +121,7 @@ void VelocitySlam::process(const BodyVelocity& u) {
   velocity_ = u;
   if (model_.velocity_state) {
     use_sample();
-    if (first && model_.level) filter_.propagate(begin_at(filter_.state(), u));
+    if (first && model_.level) filter_.propagate(start_at(filter_.state(), u));
     const Measurement z =
         measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
     if (z.residual.allFinite()) sample_ = z;
@@ -213,11 +213,11 @@ void VelocitySlam::choose(std::vector<Measurement>& measurements) {
   for (const Measurement& z : measurements) last_.at(landmark(z).id).used = frame_;
 }
 
-int VelocitySlam::begin(const Observations& fresh) {
+int VelocitySlam::initialise(const Observations& fresh) {
   std::vector<NewLandmark> landmarks;
   for (const StereoObservation* o : fresh) {
     if (o->pixels[0] - o->pixels[2] < settings_.min_disparity) continue;
-    auto landmark = begin_landmark(rig_, noise_.begin, filter_.state(), *o);
+    auto landmark = initialise_landmark(rig_, noise_.initialisation, filter_.state(), *o);
     if (!landmark) continue;
     if (settings_.initial_landmark_sigma) {
       const double sigma = *settings_.initial_landmark_sigma;
@@ -254,7 +254,7 @@ void VelocitySlam::retire_unseen() {
   filter_.retire(indices);
 }
 
-void VelocitySlam::judge(Estimate& estimate) {
+void VelocitySlam::assess(Estimate& estimate) {
   if (!estimate.world_T_imu.R.allFinite() || !estimate.world_T_imu.p.allFinite() ||
       !estimate.pose_covariance().allFinite() ||
       estimate.pose_covariance().diagonal().minCoeff() < 0) {
@@ -262,12 +262,13 @@ void VelocitySlam::judge(Estimate& estimate) {
     return;
   }
   if (settings_.mode == SlamMode::kLocalize) return;
-  estimate.doubt = recent_.judge(estimate.time, estimate.used, estimate.rejected, estimate.nis,
-                                 estimate.nis_dof);
+  estimate.degradation = recent_.assess(estimate.time, estimate.used, estimate.rejected,
+                                        estimate.nis, estimate.nis_dof);
   // The trajectory of a mapping run is exact, whatever number of observations there is.
   const bool mapping = settings_.mode == SlamMode::kMap;
-  if (mapping && estimate.doubt != Doubt::kInnovations) estimate.doubt = Doubt::kNone;
-  if (estimate.doubt != Doubt::kNone) estimate.health = Health::kDegraded;
+  if (mapping && estimate.degradation != Degradation::kInnovations)
+    estimate.degradation = Degradation::kNone;
+  if (estimate.degradation != Degradation::kNone) estimate.health = Health::kDegraded;
 }
 
 }  // namespace chasles

@@ -6,10 +6,10 @@
 #include <unordered_set>
 #include <vector>
 
-#include <chasles/velocity/body_velocity_model.hpp>
-#include <chasles/filter/ekf.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/filter/ekf.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/velocity/velocity_noise.hpp>
 #include <chasles/velocity/velocity_settings.hpp>
 
@@ -53,10 +53,10 @@ class VelocitySlam {
   Matched match(const Observations& observations);
   int drop_outliers(std::vector<Measurement>& measurements) const;
   void choose(std::vector<Measurement>& measurements);
-  int begin(const Observations& fresh);
+  int initialise(const Observations& fresh);
   void retire_unseen();
   void see(const FeatureFrame& frame, Estimate& estimate);
-  void judge(Estimate& estimate);
+  void assess(Estimate& estimate);
 
   VelocitySlamSettings settings_;
   StereoRig rig_;

@@ -9,7 +9,7 @@
 namespace chasles {
 namespace {
 
-StereoRig rig() {
+StereoRig stereo_rig() {
   StereoRig rig{.fx = 700, .fy = 700, .cx = 600, .cy = 180, .baseline = 0.5, .cam0_T_imu = {}};
   rig.cam0_T_imu.R << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   return rig;
@@ -25,7 +25,7 @@ FeatureFrame frame_at(double seconds, const SE3& world_T_imu, LandmarkId first, 
   FeatureFrame frame{.time = from_seconds(seconds), .observations = {}};
   for (LandmarkId id = first; id < first + count; ++id) {
     const Eigen::Vector3d p_imu = world_T_imu.inverse() * point(id);
-    const auto projection = project(rig(), rig().cam0_T_imu * p_imu);
+    const auto projection = project(stereo_rig(), stereo_rig().cam0_T_imu * p_imu);
     if (projection) frame.observations.push_back({.landmark = id, .pixels = projection->pixels});
   }
   return frame;
@@ -42,8 +42,8 @@ VelocitySlamNoise noise() {
   noise.motion.sample_sigma << 0.01, 0.01, 0.01, 0.1, 0.1, 0.1;
   noise.motion.walk << 0.1, 0.1, 0.1, 1, 1, 1;
   noise.gyro_bias_sigma = 0.001;
-  noise.begin = {.u = 0.5, .v = 0.5, .disparity = 0.7};
-  noise.update = noise.begin;
+  noise.initialisation = {.u = 0.5, .v = 0.5, .disparity = 0.7};
+  noise.update = noise.initialisation;
   return noise;
 }
 
@@ -55,7 +55,7 @@ VelocitySlamSettings with_all() {
 }
 
 VelocitySlam make(const VelocitySlamSettings& settings = {}) {
-  return VelocitySlam(settings, rig(), noise());
+  return VelocitySlam(settings, stereo_rig(), noise());
 }
 
 // Drives along x at 1 m/s while the velocities measure `claimed`; returns the last estimate.
@@ -151,19 +151,20 @@ TEST(VelocitySlam, KeepsTheInitialPositionsBeforeTheFirstUpdate) {
     ASSERT_EQ(map.size(), 10u);
     ASSERT_EQ(slam.initial_landmarks().size(), 10u);
     for (std::size_t i = 0; i < map.size(); ++i) {
-      const MapLandmark& begun = slam.initial_landmarks()[i];
-      ASSERT_EQ(begun.id, map[i].id);
-      const auto expected = triangulate(rig(), first.observations[i].pixels);
+      const MapLandmark& initialised = slam.initial_landmarks()[i];
+      ASSERT_EQ(initialised.id, map[i].id);
+      const auto expected = triangulate(stereo_rig(), first.observations[i].pixels);
       ASSERT_TRUE(expected);
-      const Eigen::Vector3d p = rig().cam0_T_imu.inverse() * expected->p_cam0;
-      EXPECT_LT((begun.p_world - p).norm(), 1e-9) << at_once;
-      EXPECT_LT((map[i].p_world - point(begun.id)).norm(), (p - point(begun.id)).norm());
-      EXPECT_LT(map[i].covariance.trace(), begun.covariance.trace());
+      const Eigen::Vector3d p = stereo_rig().cam0_T_imu.inverse() * expected->p_cam0;
+      EXPECT_LT((initialised.p_world - p).norm(), 1e-9) << at_once;
+      EXPECT_LT((map[i].p_world - point(initialised.id)).norm(),
+                (p - point(initialised.id)).norm());
+      EXPECT_LT(map[i].covariance.trace(), initialised.covariance.trace());
     }
   }
 }
 
-TEST(VelocitySlam, AGrossObservationIsRefusedAndChangesNothing) {
+TEST(VelocitySlam, AGrossObservationIsRejectedAndChangesNothing) {
   VelocitySlam clean = make();
   VelocitySlam dirty = make();
   for (int i = 0; i < 20; ++i) {
@@ -189,9 +190,9 @@ TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
       settings.mode = mode;
       settings.gate = settings.loose_gate = 1;
       VelocitySlamNoise noise_of_run = noise();
-      noise_of_run.begin = {.u = stated, .v = stated, .disparity = stated};
-      noise_of_run.update = noise_of_run.begin;
-      VelocitySlam slam(settings, rig(), noise_of_run);
+      noise_of_run.initialisation = {.u = stated, .v = stated, .disparity = stated};
+      noise_of_run.update = noise_of_run.initialisation;
+      VelocitySlam slam(settings, stereo_rig(), noise_of_run);
       Estimate estimate;
       for (int i = 0; i < 20; ++i) {
         const double t = 0.1 * i;
@@ -205,7 +206,7 @@ TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
       }
       EXPECT_EQ(estimate.used, 30);
       EXPECT_EQ(estimate.health, stated == 2 ? Health::kOk : Health::kDegraded);
-      EXPECT_EQ(estimate.doubt, stated == 2 ? Doubt::kNone : Doubt::kInnovations);
+      EXPECT_EQ(estimate.degradation, stated == 2 ? Degradation::kNone : Degradation::kInnovations);
     }
   }
 }
@@ -341,8 +342,8 @@ VelocitySlamNoise level_noise() {
 
 // A car whose IMU is pitched by 0.05 rad, on a level road. Its velocities have no vertical
 // component; its camera observes that the IMU's x axis differs from the direction of motion.
-TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
-  VelocitySlam slam(VelocitySlamSettings{}, rig(), level_noise());
+TEST(VelocitySlam, LevelVelocitiesShowHowTheImuIsMounted) {
+  VelocitySlam slam(VelocitySlamSettings{}, stereo_rig(), level_noise());
   const Eigen::Matrix3d nav_R_imu = so3::exp(Eigen::Vector3d(0, -0.05, 0));
   Estimate e;
   for (int i = 0; i < 5; ++i) {
@@ -362,7 +363,7 @@ TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
 // The body pitches up by a right angle in one step. Its camera points along the axis of the
 // rotation, and observes the same points.
 TEST(VelocitySlam, AFrameWithoutLevelAxesKeepsItsPixels) {
-  StereoRig sideways = rig();
+  StereoRig sideways = stereo_rig();
   sideways.cam0_T_imu.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   VelocitySlam slam(with_all(), sideways, level_noise());
   const double step = -std::numbers::pi / 2;

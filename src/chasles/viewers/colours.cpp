@@ -12,13 +12,13 @@ constexpr std::array<std::array<double, 3>, 6> kRamp = {
 
 }  // namespace
 
-unsigned fate_colour(Outcome outcome) {
+unsigned outcome_colour(Outcome outcome) {
   switch (outcome) {
     case Outcome::kUsed:
       return 0x4fc6ff;
     case Outcome::kRejected:
       return 0xff7b3d;
-    case Outcome::kBegun:
+    case Outcome::kInitialised:
       return 0xffe24a;
     default:
       return 0xf4f4f4;

@@ -15,7 +15,7 @@ inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
 inline constexpr unsigned kClosureColour = 0xb3127a;
 
 /// The colour of a point in an image, as on the page; visible on dark and bright backgrounds.
-unsigned fate_colour(Outcome outcome);
+unsigned outcome_colour(Outcome outcome);
 
 /// The colour of a session of a saved map, as on the page: eight colours, in turn.
 unsigned session_colour(int session);

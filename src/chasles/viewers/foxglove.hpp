@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/lie/se3.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/lie/se3.hpp>
 #include <chasles/viewers/protobuf.hpp>
 
 namespace chasles {

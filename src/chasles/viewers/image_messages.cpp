@@ -38,13 +38,13 @@ class Annotations {
   Annotations(Time time, double scale) : time_(time), scale_(scale) {}
 
   void add(const RunFeature& feature) {
-    const Eigen::Vector2d at = feature.judged.observation.pixel;
-    if (feature.before) polygon(MarkKind::kLines, feature.judged.outcome, {at, *feature.before});
-    if (feature.judged.expected) {
-      polygon(MarkKind::kLoop, feature.judged.outcome,
-              ellipse_points(*feature.judged.expected, kSigmas));
+    const Eigen::Vector2d at = feature.assessed.observation.pixel;
+    if (feature.before) polygon(MarkKind::kLines, feature.assessed.outcome, {at, *feature.before});
+    if (feature.assessed.expected) {
+      polygon(MarkKind::kLoop, feature.assessed.outcome,
+              ellipse_points(*feature.assessed.expected, kSigmas));
     }
-    mark(feature.judged.outcome, at);
+    mark(feature.assessed.outcome, at);
   }
 
   Json json() && {
@@ -65,12 +65,12 @@ class Annotations {
                             {"position", json_of(scale_ * at)},
                             {"diameter", 2 * kMark},
                             {"thickness", 1.0},
-                            {"outline_color", proto_colour(fate_colour(outcome), 1)}});
+                            {"outline_color", proto_colour(outcome_colour(outcome), 1)}});
         return;
       case Outcome::kRejected:
         return polygon(MarkKind::kLines, outcome,
                        {corner(-1, -1), corner(1, 1), corner(-1, 1), corner(1, -1)});
-      case Outcome::kBegun:
+      case Outcome::kInitialised:
         return polygon(MarkKind::kLoop, outcome,
                        {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});
       case Outcome::kWaiting:
@@ -84,7 +84,7 @@ class Annotations {
     points_.push_back({{"timestamp", proto_time(time_)},
                        {"type", static_cast<int>(kind)},
                        {"points", std::move(points)},
-                       {"outline_color", proto_colour(fate_colour(outcome), 1)},
+                       {"outline_color", proto_colour(outcome_colour(outcome), 1)},
                        {"thickness", kind == MarkKind::kPoints ? 2.0 : 1.0}});
   }
 

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/placement.hpp>

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/testing.hpp>
 #include <chasles/viewers/image_messages.hpp>
@@ -24,8 +24,8 @@ namespace {
 using nlohmann::json;
 using test::synthetic_drive;
 
-// The content that Foxglove's own libraries find in the file (src/web/tests/read_mcap.mjs). They fail
-// on a wrong check sum, index, schema or message.
+// The content that Foxglove's own libraries find in the file (src/web/tests/read_mcap.mjs). They
+// fail on a wrong check sum, index, schema or message.
 json read_back(const std::string& bytes) {
   const auto folder =
       std::filesystem::temp_directory_path() / ("chasles_mcap_test_" + std::to_string(getpid()));
@@ -202,7 +202,7 @@ TEST(Mcap, KeptImagesAreThereWithWhatWasSeenInThem) {
   const json& seen = topics.at("/cam0/annotations").at("last");
   EXPECT_EQ(topics.at("/cam1/annotations").at("count"), 5);
   ASSERT_EQ(seen.at("circles").size(), 3u) << "of twelve, each fourth was used";
-  const Eigen::Vector2d pixel = image.features[2].judged.observation.pixel;
+  const Eigen::Vector2d pixel = image.features[2].assessed.observation.pixel;
   EXPECT_NEAR(seen["circles"][0]["position"]["x"].get<double>(), pixel.x() / 2, 1e-9);
   EXPECT_NEAR(seen["circles"][0]["position"]["y"].get<double>(), pixel.y() / 2, 1e-9);
   // Twelve tails, three crosses, squares and dots, six ellipses; of the other camera, which has no
@@ -276,7 +276,7 @@ TEST(Mcap, ARunWithoutStatesIsAFileWithoutMessages) {
   EXPECT_TRUE(run_mcap({}, "0").starts_with("\x89MCAP0\r\n"));
 }
 
-TEST(Mcap, WhatCannotBeWrittenIsRefused) {
+TEST(Mcap, WhatCannotBeWrittenIsRejected) {
   ReportRun drive = synthetic_drive({.states = 5, .landmarks = 0, .truth = false});
   drive.summary = "[]";
   EXPECT_THROW(run_mcap(drive, "0"), InputError);

@@ -6,7 +6,7 @@
 
 namespace chasles {
 
-/// Whether a PLY has the element `edge`, which some readers refuse (meshio 5).
+/// Whether a PLY has the element `edge`, which some readers reject (meshio 5).
 enum class PlyEdges { kNo, kYes };
 
 /// Map and trajectories as a binary little-endian PLY (docs/formats.md). Vertices are the

@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/codec/utf8.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/report/testing.hpp>
 #include <chasles/viewers/kml.hpp>
@@ -107,7 +107,7 @@ TEST(PlyOfARun, HasTheMapTheWaysAndTheirUncertainty) {
                   static_cast<float>(run.states[5].pose_covariance(4, 4)));
 }
 
-TEST(PlyOfARun, LandmarksOfAMapTellTheirSessionAndWhetherTheyReturned) {
+TEST(PlyOfARun, LandmarksOfAMapShowTheirSessionAndWhetherTheyReturned) {
   const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 30, .prior_map = true});
   const MapSketch& map = *drive.run.prior_map;
   const Ply ply = read_ply(run_ply(drive.run)), alone = read_ply(map_ply(map));
@@ -260,7 +260,7 @@ TEST(KmlOfARun, LongitudesGoOnAcrossTheDateLineAndUnknownPlacesAreLeftOut) {
   EXPECT_EQ(kml.find("nan"), std::string::npos);
 }
 
-TEST(KmlOfARun, ARunThatIsNowhereOnTheEarthIsRefused) {
+TEST(KmlOfARun, ARunThatIsNowhereOnTheEarthIsRejected) {
   auto run = drive_on_earth();
   run.georeference.reset();
   EXPECT_THROW(run_kml(run), InputError);

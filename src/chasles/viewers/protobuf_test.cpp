@@ -34,7 +34,7 @@ TEST(Protobuf, BytesAreThoseOfTheWireFormat) {
   EXPECT_EQ(bytes({{"data", nlohmann::json::binary({7})}}), "\xc2\x0c\x01\x07"s);
 }
 
-TEST(Protobuf, WhatASchemaDoesNotHaveIsRefused) {
+TEST(Protobuf, WhatASchemaDoesNotHaveIsRejected) {
   EXPECT_THROW(bytes({{"m", 1}}), std::invalid_argument);
   EXPECT_THROW(proto_message("p.M", {"double x"}), std::invalid_argument);
   EXPECT_THROW(proto_message("p.M", {"Kind x = 1"}), std::invalid_argument);

@@ -41,7 +41,7 @@ export function niceStep(range: number, wanted: number): number {
 export const ticksOf = (low: number, high: number, wanted: number): number[] =>
   (high > low ? multiplesOf(niceStep(high - low, wanted), low, high) : []);
 
-/** The multiples of a step in a range; none so far out that a number does not tell neighbours apart. */
+/** The multiples of a step in a range; none so far out that a number does not distinguish neighbours. */
 export function multiplesOf(step: number, low: number, high: number): number[] {
   const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
   const multiples: number[] = [];

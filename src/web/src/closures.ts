@@ -73,5 +73,5 @@ export function placeText({ summary: { place_in_map: place } }: Run): string {
   const found = isNumber(p.placed_seconds) ? `found after ${fixed(p.placed_seconds, 1)} s`
     : isNumber(p.placed_ns) ? 'found' : 'not found';
   return `${found}; searches: ${count('searches')}, places proposed: ${count('proposed')}, ` +
-    `refused: ${count('refused')}`;
+    `rejected: ${count('refused')}`;
 }

@@ -1,4 +1,4 @@
-// A rounded number tells under the pointer, or in the keyboard's focus, what it is exactly.
+// A rounded number shows under the pointer, or in the keyboard's focus, what it is exactly.
 import { clamp } from './data';
 import { isNumber, make } from './format';
 

@@ -36,11 +36,11 @@ export function showAtTime(): void {
   if (!run.count) return;
   slider.setAttribute('aria-valuetext', `${fixed(t[i], 2)} seconds`);
   byId('time-text').textContent = `${fixed(t[i], 2)} s`;
-  tell(byId('at-time'), atTimeRows(run, i));
+  show(byId('at-time'), atTimeRows(run, i));
 }
 
 /** Puts rows of a label and a text into a list; as long as the labels stay only texts change. */
-function tell(list: HTMLElement, rows: [string, string][]): void {
+function show(list: HTMLElement, rows: [string, string][]): void {
   const held = [...list.children];
   if (held.length !== 2 * rows.length || rows.some(([label], k) => held[2 * k].textContent !== label)) {
     list.replaceChildren(...rows.flatMap(([label, text]) =>
@@ -54,7 +54,7 @@ function atTimeRows(run: Run, i: number): [string, string][] {
   const s = run.states, e = run.errors, { yaw, pitch, roll } = run.euler;
   const triple = (values: number[], decimals: number) =>
     values.map((v) => fixed(v, decimals)).join(', ');
-  // What is a few millimetres, or less, is told more exactly.
+  // What is a few millimetres, or less, is shown more exactly.
   const metres = (values: number[]) =>
     `${triple(values, Math.max(...values.map(Math.abs)) < 0.1 ? 4 : 2)} m`;
   const rows: [string, string][] = [

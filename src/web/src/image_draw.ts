@@ -1,5 +1,5 @@
 // A camera's picture with what was followed into it. The colours are the same in every theme: they stand
-// on a picture. Shapes differ as the colours do, so that neither is needed to tell them apart.
+// on a picture. Shapes differ as the colours do, so that neither is needed to distinguish them.
 import type { Pen } from './canvas';
 import type { CameraImages, Outcome, Point } from './images';
 

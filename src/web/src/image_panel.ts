@@ -3,7 +3,7 @@ import { downloadPng, prepareCanvas } from './canvas';
 import { fileName } from './files';
 import { byId, fixed, make, number, toggle } from './format';
 import { drawImage, drawMark, OUTCOME_COLOURS, type ImageOptions } from './image_draw';
-import { type CameraImages, type Outcome, Pictures, type Point, surprise } from './images';
+import { type CameraImages, type Outcome, Pictures, type Point, sigmasAway } from './images';
 import { nearestOnScreen, placeTip } from './map_input';
 import { activeRun } from './runs';
 import { app, listen, setCursor, setCursorTime, throttled } from './store';
@@ -93,12 +93,12 @@ export class ImagePanel {
     this.points = images.frame(k);
     drawImage(prepareCanvas(this.canvas, width, height), images, picture, this.points, this.options,
       width);
-    const told = this.told(images, k);
-    byId('camera-text').textContent = told;
-    this.canvas.setAttribute('aria-label', `cam${images.camera}: ${told}`);
+    const description = this.description(images, k);
+    byId('camera-text').textContent = description;
+    this.canvas.setAttribute('aria-label', `cam${images.camera}: ${description}`);
   }
 
-  private told(images: CameraImages, k: number): string {
+  private description(images: CameraImages, k: number): string {
     const count = (outcome: Outcome) => this.points.filter((p) => p.outcome === outcome).length;
     return [`${fixed(images.t[k], 2)} s`, ...ORDER.map((outcome) => `${count(outcome)} ${
       outcome === 'begun' ? 'initialise' : WORDS[outcome]}`)].join(' · ');
@@ -125,7 +125,7 @@ export class ImagePanel {
     action();
   }
 
-  /** A point tells its numbers. */
+  /** A point shows its numbers. */
   private point(place: { x: number; y: number }): void {
     const images = this.images(), tip = byId('camera-tip');
     const { clientWidth: width, clientHeight: height } = this.canvas;
@@ -137,7 +137,7 @@ export class ImagePanel {
     const found = nearestOnScreen(this.points.length, at, place, 9);
     tip.hidden = found < 0;
     if (found < 0) return;
-    const p = this.points[found], away = surprise(p);
+    const p = this.points[found], away = sigmasAway(p);
     tip.replaceChildren(...[`Point ${p.id}: ${WORDS[p.outcome]}`, `seen ${p.age} times`,
       Number.isFinite(away) ? `${number(away, 2)} σ from where it was expected` : '']
       .filter(Boolean).map((line) => make('div', {}, line)));

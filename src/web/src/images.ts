@@ -37,7 +37,7 @@ export class CameraImages {
     this.t = column(t as string);
     for (const n of column(count as string)) this.first.push(this.first[this.first.length - 1] + n);
     this.points = decodeColumns(columns as Record<string, string>);
-    // A camera that does not tell its size is as large as what it shows.
+    // A camera that does not state its size is as large as what it shows.
     this.width = width || Math.max(1, extremes(this.points.u)[1]) / 10;
     this.height = height || Math.max(1, extremes(this.points.v)[1]) / 10;
   }
@@ -68,8 +68,8 @@ export class CameraImages {
 export const decodeImages = (raw: unknown): CameraImages[] =>
   (Array.isArray(raw) ? raw as RawImages[] : []).map((camera) => new CameraImages(camera));
 
-/** How far the point is from where it was expected, in deviations (Mahalanobis). */
-export function surprise({ u, v, expected: e }: Point): number {
+/** How far the point is from where it was expected, in sigmas (Mahalanobis). */
+export function sigmasAway({ u, v, expected: e }: Point): number {
   if (!e) return NaN;
   const [du, dv] = [u - e.u, v - e.v], det = e.uu * e.vv - e.uv * e.uv;
   return Math.sqrt((e.vv * du * du - 2 * e.uv * du * dv + e.uu * dv * dv) / det);
@@ -99,11 +99,11 @@ export class Pictures {
     const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
     createImageBitmap(new Blob([bytes], { type: 'image/jpeg' }))
       .then((bitmap) => this.decoded.set(base64, bitmap), () => this.decoded.set(base64, 'none'))
-      .then(() => { this.forget(); this.ready(); });
+      .then(() => { this.discard(); this.ready(); });
   }
 
   /** The oldest. */
-  private forget(): void {
+  private discard(): void {
     for (const [key, picture] of this.decoded) {
       if (this.decoded.size <= MOST_PICTURES) return;
       if (picture instanceof ImageBitmap) picture.close();

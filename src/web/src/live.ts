@@ -51,7 +51,7 @@ const STOP_QUESTION = 4000;  // that the question stands [ms]
 export class Live {
   private socket: WebSocket | null = null;
   private growing: GrowingRun | null = null;
-  /** What the server is told that the page has. */
+  /** What the page reports to the server that it has. */
   private have = { run: '', rows: 0, landmarks: 0, truth: false, map: false, all: false };
   private progress: Progress | null = null;
   private pause = FIRST_PAUSE;
@@ -60,8 +60,8 @@ export class Live {
   private asked = 0;
   private stopping = false;
   private drawTimer = 0;
-  /** Since the last drawing: something was told, the run has grown. */
-  private told = false;
+  /** Since the last drawing: something was sent, the run has grown. */
+  private announced = false;
   private grown = false;
 
   constructor(private readonly page: LivePage) {
@@ -129,7 +129,7 @@ export class Live {
       this.growing = null;
       this.grown = false;
     }
-    this.told = true;
+    this.announced = true;
     this.drawSoon();
   }
 
@@ -138,7 +138,7 @@ export class Live {
     if (from === 0) {
       this.growing = new GrowingRun(message);
       byId('main').hidden = false;
-      this.tellSummary();
+      this.announceSummary();
       this.page.begin(this.growing.run);
     } else {
       this.growing?.add(message);
@@ -152,7 +152,7 @@ export class Live {
   }
 
   /** What the key figures take from the summary of a run that is over. */
-  private tellSummary(): void {
+  private announceSummary(): void {
     const run = this.growing?.run, { progress } = this;
     if (!run || !progress) return;
     const last = run.count - 1, { states, errors } = run;
@@ -182,17 +182,17 @@ export class Live {
   }
 
   private draw(): void {
-    this.told = false;
+    this.announced = false;
     this.showState();
     if (!this.grown || !this.growing) return;
     this.grown = false;
-    this.tellSummary();
+    this.announceSummary();
     this.page.grow();
   }
 
   private drawAgain(): void {
     this.drawTimer = 0;
-    if (this.told) this.drawSoon();
+    if (this.announced) this.drawSoon();
   }
 
   private clickStop(): void {
@@ -243,7 +243,7 @@ export class Live {
     numbers.textContent = parts.filter(Boolean).join('  ·  ');
   }
 
-  /** A screen reader is told when it changes. */
+  /** A screen reader announces when it changes. */
   private say(text: string, kind: string): void {
     const state = byId('live-state');
     if (state.textContent !== text) state.textContent = text;

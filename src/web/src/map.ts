@@ -61,7 +61,7 @@ export class MapPanel implements MapHost {
 
   /** Draws all of it: another view, another choice, more rows. */
   draw(): void {
-    this.layers.forget();
+    this.layers.invalidate();
     this.drawSoon();
   }
 
@@ -88,7 +88,7 @@ export class MapPanel implements MapHost {
 
   print(): void {
     this.resize();
-    this.layers.forget();
+    this.layers.invalidate();
     this.drawNow();
   }
 
@@ -98,7 +98,7 @@ export class MapPanel implements MapHost {
     this.fit();
   }
 
-  /** Answers to the pointer: a landmark tells its numbers, the estimate takes the time cursor. */
+  /** Answers to the pointer: a landmark shows its numbers, the estimate takes the time cursor. */
   point(place: { x: number; y: number } | null): void {
     const { view } = this, run = activeRun();
     const found = place ? nearestOnScreen(view.landmarks.id.length,
@@ -196,7 +196,7 @@ function legendLayers(map: boolean): Layer[] {
   return list;
 }
 
-/** Tells one choice of layers from another. */
+/** Distinguishes one choice of layers from another. */
 export const layersKey = (map: boolean): string => JSON.stringify(legendLayers(map));
 
 export function layersText(options: MapOptions, map: boolean): string {

@@ -19,14 +19,14 @@ export class MapLayers {
   constructor(private readonly view: MapView, private readonly options: MapOptions) {}
 
   /** Something else than the cursor has changed. */
-  forget(): void {
+  invalidate(): void {
     this.landmarks = null;
   }
 
   draw(canvas: HTMLCanvasElement): void {
     const { view } = this, g = prepareCanvas(canvas, view.width, view.height);
     // On another screen a pixel of the style sheet may be more or fewer of the screen's.
-    if (this.ground.width !== canvas.width) this.forget();
+    if (this.ground.width !== canvas.width) this.invalidate();
     if (this.landmarks) this.followCursor(this.landmarks); else this.drawAll();
     for (const layer of [this.ground, this.paths]) copy(g, layer);
     if (view.hovered >= 0) drawHovered(g, view);

@@ -131,7 +131,7 @@ export class MapView extends Plane {
     return this.axes.map((name) => axis[name]);
   }
 
-  /** Whether ellipses are large enough on the screen, and few enough, to tell something. */
+  /** Whether ellipses are large enough on the screen, and few enough, to determine something. */
   zoomedIn(): boolean {
     const sets = [this.landmarks, ...(this.savedMap ? [this.savedMap.marks] : [])];
     let visible = 0, all = 0;
@@ -170,7 +170,7 @@ export function landmarkScale(marks: Columns, height: number, kind: string) {
     : (i: number) => Math.sqrt(Math.max(marks.cxx[i] + marks.cyy[i] + marks.czz[i], 0));
   const values = Array.from(marks.id, (_, i) => value(i));
   const range: [number, number] = [quantile(values, 0.05), quantile(values, 0.95)];
-  // Standard deviations span decades: their logarithm makes the small ones tell apart.
+  // Standard deviations span decades: their logarithm makes the small ones distinguishable.
   const shape = kind === 'height' ? (v: number) => v : (v: number) => Math.log(Math.max(v, 1e-9));
   const [a, b] = range.map(shape);
   return { values, range, share: (v: number) => (shape(v) - a) / (b - a) };

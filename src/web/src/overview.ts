@@ -189,7 +189,7 @@ export class Overview implements MapHost {
 
   private drawFactor(g: Pen): void {
     if (this.factor === 1 || !this.scene?.truth) return;
-    drawTag(g, `deviations from the truth drawn ${this.factor} times as large`,
+    drawTag(g, `errors against the truth drawn ${this.factor} times as large`,
       this.view.width - 14, this.view.height - 20, 'right');
   }
 }

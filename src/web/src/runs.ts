@@ -1,4 +1,4 @@
-// A run as the page uses it, and what tells the runs of a page apart.
+// A run as the page uses it, and what distinguishes the runs of a page.
 import { type Axis, AXES, type Column, column, type Columns, clamp, DEG, decodeColumns, type Vector }
   from './data';
 import { type CameraImages, decodeImages } from './images';
@@ -11,7 +11,7 @@ export type Summary = Record<string, unknown>;
 export interface Run extends Subject {
   folder: string;
   summary: Summary;
-  /** Gravity tells what is vertical in the run's world. */
+  /** Gravity shows what is vertical in the run's world. */
   level: boolean;
   origin: Vector;
   extraNames: string[];

@@ -42,12 +42,12 @@ function disc(g: Pen, x: number, y: number, radius: number): void {
 
 export function showMarkTip({ marks, sessions, sigma }: SavedMap, i: number, origin: Vector, x: number,
     y: number, width: number, height: number): void {
-  const tip = byId('map-tip'), deviations = ['cxx', 'cyy', 'czz'].map((c) => Math.sqrt(marks[c][i]));
+  const tip = byId('map-tip'), sigmas = ['cxx', 'cyy', 'czz'].map((c) => Math.sqrt(marks[c][i]));
   const place = AXES.map((axis, k) => fixed(marks[axis][i] + origin[k], 2)).join(', ');
   tip.replaceChildren(make('strong', {}, `Landmark ${marks.id[i]} of the map`),
     make('div', { dir: 'auto' }, sessions[marks.session[i]]?.name),
     make('div', {}, `x, y, z  ${place} m`),
-    make('div', {}, `σ  ${deviations.map((s) => number(s, 2)).join(', ')} m`),
+    make('div', {}, `σ  ${sigmas.map((s) => number(s, 2)).join(', ')} m`),
     make('div', {}, `${percent(1 - marks.own[i])} of ${number(sigma[i] ** 2, 2)} m² shared`),
     make('div', {}, `${grouped(marks.observations[i])} observations, ${marks.views[i]} views`),
     marks.returned[i] ? make('div', {}, 'recognised by this run') : '');

@@ -36,7 +36,7 @@ export class ScenePanel {
   /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
   private old: SceneContent[] = [];
   private drawnAt = -Infinity;
-  private toldAt = -Infinity;
+  private announcedAt = -Infinity;
   private stillTimer = 0;
   /** Of the canvas [css px]; 0 while it is not shown. */
   private width = 0;
@@ -168,8 +168,8 @@ export class ScenePanel {
     this.clear();
     canvas.dataset.detail = coarse ? `coarse: ${dots} of ${marks} dots` : 'full';
     // While it moves it changes with every drawing.
-    if (coarse && performance.now() - this.toldAt < 1000) return;
-    this.toldAt = performance.now();
+    if (coarse && performance.now() - this.announcedAt < 1000) return;
+    this.announcedAt = performance.now();
     const { savedMap } = run;
     canvas.setAttribute('aria-label', savedMap && !run.count ? mapText(savedMap) : `The run in three dimensions: ${run.count} estimated poses and ` +
       `${marks} landmarks, ${this.content?.landmarksInView() ?? 0} of them in view. Arrow keys turn it.`);
@@ -208,7 +208,7 @@ export class ScenePanel {
     action();
   }
 
-  /** A landmark tells its numbers, the estimate takes the time cursor. */
+  /** A landmark shows its numbers, the estimate takes the time cursor. */
   private point(place: { x: number; y: number }): void {
     const run = activeRun(), { width, height } = this;
     const mark = this.view.onScreen(run.landmarks, width, height);

@@ -119,7 +119,7 @@ function reachOnScreen({ clip_T_world: clip, width, height, spread }: Screen, x:
     z: number, reach: number): number {
   const e = clip.elements, depth = e[3] * x + e[7] * y + e[11] * z + e[15];
   if (depth <= reach) return depth < -reach ? 0 : Infinity;
-  // Its near side looks larger than its middle tells.
+  // Its near side looks larger than its middle shows.
   const pixels = reach * 0.5 * height * spread / (depth - reach);
   const right = 0.5 * width * (e[0] * x + e[4] * y + e[8] * z + e[12]) / depth;
   const up = 0.5 * height * (e[1] * x + e[5] * y + e[9] * z + e[13]) / depth;

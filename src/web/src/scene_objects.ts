@@ -50,11 +50,11 @@ export class LongPath extends Group {
 }
 
 /** `fine`: one pixel wide and whole, for a processor that has to draw a long way. */
-export interface PathLook { colour: string; width: number; dash?: number; shift?: Vector; fine?: boolean }
+export interface PathStyle { colour: string; width: number; dash?: number; shift?: Vector; fine?: boolean }
 
 /** A line of that width [px] along the path; dash is the length of a stroke [m]. */
 export function pathLine(path: Path, size: number, { colour, width, dash, shift, fine }:
-    PathLook):
+    PathStyle):
     Object3D | null {
   const points = thinned(path, shift ?? [0, 0, 0], size / ENOUGH);
   if (points.length < 6) return null;
@@ -90,11 +90,11 @@ export function bodyAxes(length: number): Object3D[] {
     segments([0, 0, 0, ...[0, 1, 2].map((axis) => (axis === k ? length : 0))], colour, 2.6));
 }
 
-/** A camera as summary.json may tell it. */
+/** A camera as summary.json may state it. */
 export interface Camera {
   imu_T_cam: number[][];
   intrinsics: [number, number, number, number];
-  /** Where it is not told, the principal point is taken for the middle. */
+  /** Where it is not stated, the principal point is taken for the middle. */
   resolution?: [number, number];
 }
 

@@ -86,12 +86,12 @@ export class SceneView {
     camera.updateProjectionMatrix();
     if (this.follows()) return;
     const from = this.kind === 'above' ? [0, -1e-4, 1] : [-0.35, -0.72, 0.6];
-    this.lookFrom(new Vector3(...from).normalize(), box);
+    this.viewFrom(new Vector3(...from).normalize(), box);
     controls.update();
   }
 
   /** Looks from that direction, so near that the box just fits. */
-  private lookFrom(direction: Vector3, { low, high }: Box): void {
+  private viewFrom(direction: Vector3, { low, high }: Box): void {
     const { camera, controls: { target } } = this;
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => new Vector3(
       k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z));

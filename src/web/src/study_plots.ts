@@ -12,7 +12,7 @@ const PAPER_LINE = 14;
 // There are fewer plots than on a run's page, with more lines in each.
 const PANEL_HEIGHT = 150;
 
-/** A line for each filter that is drawn; `part` tells the panels of a plot apart. */
+/** A line for each filter that is drawn; `part` distinguishes the panels of a plot. */
 function filterSeries(column: string, part: string): Series[] {
   return shownFilters().map((k) => {
     const { label, curves } = activeStudy().filters[k];

@@ -49,18 +49,18 @@ export function showStudyCards(): void {
 }
 
 /** A column of a table: heading, text of a filter's figures, and what its cell looks like. */
-interface TableColumn { heading: string; text: (f: Figures) => string; look: (f: Figures) => string }
+interface TableColumn { heading: string; text: (f: Figures) => string; classOf: (f: Figures) => string }
 
-const textColumn = (heading: string, text: TableColumn['text'], look: TableColumn['look'] = () => ''):
-    TableColumn => ({ heading, text, look });
+const textColumn = (heading: string, text: TableColumn['text'], classOf: TableColumn['classOf'] = () => ''):
+    TableColumn => ({ heading, text, classOf });
 const numberColumn = (heading: string, value: (f: Figures) => number | undefined, digits: number,
-    look?: TableColumn['look']) =>
-  textColumn(heading, (f) => fixed(asNumber(value(f)), digits), look);
+    classOf?: TableColumn['classOf']) =>
+  textColumn(heading, (f) => fixed(asNumber(value(f)), digits), classOf);
 
 const isInside = (f: Figures) => Array.isArray(f.band) && isNumber(f.nees_pose_per_dof) &&
   f.nees_pose_per_dof >= f.band[0] && f.nees_pose_per_dof <= f.band[1];
 
-function neesLook(f: Figures): string {
+function neesStyle(f: Figures): string {
   if (!isNumber(f.nees_pose_per_dof) || !Array.isArray(f.band)) return '';
   return isInside(f) ? 'inside' : f.nees_pose_per_dof > f.band[1] ? 'outside' : '';
 }
@@ -73,11 +73,11 @@ const onlyIf = (condition: boolean, ...columns: TableColumn[]) => (condition ? c
  *  which draw the mean away: over several runs the medians are beside it. */
 function paperColumns(study: Study): TableColumn[] {
   const best = leastOf(study, positionError);
-  const look = (f: Figures) => (best >= 0 && f === figuresOf(study)[best] ? 'best' : '');
+  const classOf = (f: Figures) => (best >= 0 && f === figuresOf(study)[best] ? 'best' : '');
   return [
     numberColumn('avg. NEES position', (f) => f.nees_position, 2),
     numberColumn('avg. NEES attitude', (f) => f.nees_attitude, 2),
-    numberColumn('avg. error position [m]', (f) => f.position_error_m, 4, look),
+    numberColumn('avg. error position [m]', (f) => f.position_error_m, 4, classOf),
     numberColumn('avg. error attitude [°]', (f) => f.attitude_error_deg, 4),
     ...onlyIf(!study.single,
       numberColumn('median NEES position', (f) => medianOf(f, 'nees_position'), 2),
@@ -90,7 +90,7 @@ function paperColumns(study: Study): TableColumn[] {
 function moreColumns(study: Study): TableColumn[] {
   return [
     textColumn('pose NEES / dof', (f) => (isNumber(f.nees_pose_per_dof)
-      ? fixed(f.nees_pose_per_dof, 3) + (isInside(f) ? ' ✓' : '') : '–'), neesLook),
+      ? fixed(f.nees_pose_per_dof, 3) + (isInside(f) ? ' ✓' : '') : '–'), neesStyle),
     textColumn('95 % band', (f) => (Array.isArray(f.band)
       ? `${fixed(f.band[0], 3)} … ${fixed(f.band[1], 3)}` : '–')),
     ...onlyIf(!study.single,
@@ -118,7 +118,7 @@ function filterTable(study: Study, columns: TableColumn[]): HTMLElement {
     ...columns.map((c) => make('th', { scope: 'col' }, c.heading)));
   const rows = study.filters.map(({ figures }, k) => make('tr', {},
     make('th', { scope: 'row' }, filterName(k)),
-    ...columns.map((c) => make('td', { class: c.look(figures) }, c.text(figures)))));
+    ...columns.map((c) => make('td', { class: c.classOf(figures) }, c.text(figures)))));
   return make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows));
 }
 

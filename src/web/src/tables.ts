@@ -139,7 +139,7 @@ export function showFigures(): void {
   if (places.some(Boolean)) {
     rows.push(['Place in the map', ...places.map((text) => make('td', {}, text || '–')),
       make('td', { class: 'muted small meaning' },
-        'refused: landmarks there were not jointly compatible')]);
+        'rejected: landmarks there were not jointly compatible')]);
   }
   const [alike, others] = [allRuns().length === 1, otherFigures(known)];
   if (!alike) rows.push(...others.map(([label, cells]) => [label, ...cells, make('td', {})]));
@@ -225,8 +225,8 @@ export function showHealth(): void {
   });
   const bad = share.filter(([name, part]) => name !== 'ok' && part > 0);
   const badge = byId('health-badge');
-  const told = isScalar(run.summary.health) && run.summary.health;
-  const overall = String(told || (bad.length ? bad[0][0] : 'ok'));
+  const stated = isScalar(run.summary.health) && run.summary.health;
+  const overall = String(stated || (bad.length ? bad[0][0] : 'ok'));
   badge.textContent = overall === 'ok' ? '✓ healthy' : `⚠ ${overall}`;
   badge.className = 'badge ' + (overall === 'ok' ? 'ok' : overall === 'lost' ? 'lost' : 'degraded');
   badge.title = bad.map(([name, part]) => `${name}: ${percent(part)} of the frames`).join(', ');

@@ -28,15 +28,15 @@ export function timingPlot(run: Run): PlotSpec | null {
   const { milliseconds: ms, t } = run.states;
   if (!(extremes(ms)[1] > 0)) return null;
   const period = run.count > 1 ? 1000 * (t[run.count - 1] - t[0]) / (run.count - 1) : NaN;
-  const told = run.stages.length > 0;
+  const known = run.stages.length > 0;
   const frontEnd = run.stageNames.includes('front_end');
   return {
-    title: told ? 'Time per stage' : 'Time per frame',
-    ...(told ? { height: 160 } : {}),
+    title: known ? 'Time per stage' : 'Time per frame',
+    ...(known ? { height: 160 } : {}),
     caption: 'Wall time that a frame took' + (Number.isFinite(period)
       ? `: ${number(mean(ms))} ms on average, and a frame arrives every ${number(period)} ms.`
       : '.') +
-      (told ? ' Stages are stacked: the state’s propagation, the update with its gate, initialisation, ' +
+      (known ? ' Stages are stacked: the state’s propagation, the update with its gate, initialisation, ' +
         'conversion and retirement of landmarks. The rest up to the line is reading, waiting and writing.' : '') +
       (frontEnd ? ' The front end may work beside the filter, ahead of it: then the stages add up to ' +
         'more than the frame.' : '') +
@@ -45,7 +45,7 @@ export function timingPlot(run: Run): PlotSpec | null {
       label: '', unit: 'ms', zero: true, clip: true,
       summary: `median ${number(quantile(ms, 0.5))} ms, 99 % below ${number(quantile(ms, 0.99))} ms`,
       // The line first, so that it lies below the stages.
-      series: told ? [{ label: 'whole frame', name: 'whole frame', style: 'line', values: ms, colour: 'ink' },
+      series: known ? [{ label: 'whole frame', name: 'whole frame', style: 'line', values: ms, colour: 'ink' },
         ...stacked(run.stageNames, run.stages)]
         : [{ label: 'time', style: 'line', values: ms, colour: 'estimate', legend: false },
           { label: 'median', style: 'level', values: quantile(ms, 0.5), colour: 'muted' }],

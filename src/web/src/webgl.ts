@@ -4,8 +4,8 @@
 function drawing(): 'none' | 'processor' | 'graphics card' {
   const gl = document.createElement('canvas').getContext('webgl2');
   if (!gl) return 'none';
-  const told = gl.getExtension('WEBGL_debug_renderer_info');
-  const name = String(told ? gl.getParameter(told.UNMASKED_RENDERER_WEBGL) : '');
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = String(info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : '');
   gl.getExtension('WEBGL_lose_context')?.loseContext();
   return /SwiftShader|llvmpipe|software/i.test(name) ? 'processor' : 'graphics card';
 }

@@ -37,16 +37,16 @@ class WideLines extends Mesh<BufferGeometry, LineMaterial> {
 }
 
 /** Pieces of line between pairs of points [m]. */
-export function wideSegments(points: number[], look: LineMaterialParameters): Mesh {
-  const geometry = new LineSegmentsGeometry(), material = new LineMaterial(look);
+export function wideSegments(points: number[], style: LineMaterialParameters): Mesh {
+  const geometry = new LineSegmentsGeometry(), material = new LineMaterial(style);
   geometry.setPositions(points);
-  if (look.dashed) new LineSegments2(geometry, material).computeLineDistances();
+  if (style.dashed) new LineSegments2(geometry, material).computeLineDistances();
   return new WideLines(withoutInstances(geometry), material);
 }
 
 /** A line through all of the points [m]. */
-export function widePath(points: number[], look: LineMaterialParameters): Mesh {
+export function widePath(points: number[], style: LineMaterialParameters): Mesh {
   const pairs: number[] = [];
   for (let i = 0; i + 6 <= points.length; i += 3) pairs.push(...points.slice(i, i + 6));
-  return wideSegments(pairs, look);
+  return wideSegments(pairs, style);
 }

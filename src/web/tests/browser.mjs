@@ -62,7 +62,7 @@ export const frames = (page) => page.evaluate(() => new Promise((done) => {
 }));
 
 /** Three frames of the screen: what came near in the first is drawn in the second, and shown. */
-export const settle = (page) => page.evaluate(() => new Promise((done) => {
+export const drawn = (page) => page.evaluate(() => new Promise((done) => {
   const wait = (left) => (left ? requestAnimationFrame(() => wait(left - 1)) : setTimeout(done));
   wait(3);
 }));

@@ -1,7 +1,7 @@
 // What holds for every page, on a desktop and on a phone.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { frames, open, settle } from './browser.mjs';
+import { frames, open, drawn } from './browser.mjs';
 import { check } from './verdict.mjs';
 
 export { check, verdict } from './verdict.mjs';
@@ -20,7 +20,7 @@ export async function until(name, probe, seconds = 3) {
 export const coloursOf = (locator) => locator.evaluateAll((canvases) => canvases.map((canvas) =>
   new Set(pixelsOf(canvas).filter((_, i) => i % 7 === 0)).size));
 
-/** Tells one picture of a canvas from another: its size and two sums over all pixels, which take a third
+/** Distinguishes one picture of a canvas from another: its size and two sums over all pixels, which take a third
  *  of the time of a PNG. */
 export const picture = (locator) => locator.evaluate((canvas) => {
   let a = 1, b = 1;
@@ -63,7 +63,7 @@ async function scrollThrough(page) {
     await frames(page);
   }
   await page.evaluate(() => scrollTo(0, 0));
-  await settle(page);
+  await drawn(page);
 }
 
 async function accessibility(page, name) {
@@ -82,7 +82,7 @@ async function accessibility(page, name) {
 export async function visit(browser, file, folder, { label, title, ready, use, plots = 5, ...options }) {
   const { page, words, context } = await open(browser, file, options);
   if (ready) await ready(page);
-  await settle(page);
+  await drawn(page);
   await page.screenshot({ path: `${folder}/${label}.png` });
   await scrollThrough(page);
   check(`${label}: the name is shown as text`, await page.textContent('#run-name') === title);

@@ -1,7 +1,7 @@
 // few_page.mjs PAGE FOLDER: a page of runs that have hardly anything, or what is no number, in Chromium:
 // each is looked at from everywhere. Exit 1: something failed; 77: no Chromium.
 import { mkdirSync } from 'node:fs';
-import { findBrowser, launch, open, settle } from './browser.mjs';
+import { findBrowser, launch, open, drawn } from './browser.mjs';
 import { check, saved, verdict } from './checks.mjs';
 
 const [file, folder] = process.argv.slice(2);
@@ -9,7 +9,7 @@ if (!findBrowser()) process.exit(77);
 mkdirSync(folder, { recursive: true });
 const browser = await launch();
 const { page, words } = await open(browser, file);
-await settle(page);
+await drawn(page);
 for (const [k, { count }] of (await page.evaluate(() =>
   JSON.parse(document.getElementById('report-data').textContent).runs.map(({ states }) =>
     ({ count: states.t.length })))).entries()) {
@@ -17,15 +17,15 @@ for (const [k, { count }] of (await page.evaluate(() =>
   // A processor takes seconds to draw a scene of 1e30 m: the last run is looked at on the map alone.
   for (const view of [...(k < 3 ? ['orbit', 'above', 'follow'] : []), 'top', 'side']) {
     await page.selectOption('#map-view', view);
-    await settle(page);
+    await drawn(page);
     for (const key of ['Home', 'End']) await page.locator('#time').press(key);
     await page.click('#play');
-    await settle(page);
+    await drawn(page);
   }
   const height = await page.evaluate(() => document.documentElement.scrollHeight);
   for (let y = 0; y < height; y += 600) {
     await page.evaluate((top) => scrollTo(0, top), y);
-    await settle(page);
+    await drawn(page);
   }
   const text = await page.evaluate(() => document.body.innerText);
   const odd = /.{0,40}(\bNaN\b|undefined|Infinity|\bnull\b).{0,20}/.exec(text)?.[0];

@@ -48,7 +48,7 @@ export class Client {
       const bytes = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
       const object = plain(type, bytes);
       check(`${topic}: the stamp is the message's time`, nanoseconds(stampOf(object)) === timestamp);
-      check(`${topic}: its time was told before`, this.clock.at(-1) >= timestamp);
+      check(`${topic}: its time was sent before`, this.clock.at(-1) >= timestamp);
       messages.push({ time: timestamp, object });
     });
     this.closed = new Promise((done) => this.client.on('close', (event) => done(event.code)));

@@ -103,7 +103,7 @@ function compareRest(client, who) {
   check(`${who}: points of images came`, marks.some(({ object }) => object.circles?.length > 0));
   check(`${who}: they are of the images`, marks.at(-1)?.time === images.at(-1)?.time);
   check(`${who}: the clock goes forwards`, client.clock.every((t, i) => i === 0 || t > client.clock[i - 1]));
-  check(`${who}: the end is told`, client.statuses.at(-1)?.message.startsWith('the run is complete:'),
+  check(`${who}: the end is reported`, client.statuses.at(-1)?.message.startsWith('the run is complete:'),
     JSON.stringify(client.statuses));
   check(`${who}: the server is named`, /^chasles \d/.test(client.info?.name), client.info?.name);
 }

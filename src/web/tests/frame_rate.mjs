@@ -2,7 +2,7 @@
 // 1280×720: frames per second, and the processor time that all of the browser's processes take for a
 // frame, which depends less on what else the machine does. A measurement, not a test.
 import { readdirSync, readFileSync } from 'node:fs';
-import { launch, open, settle } from './browser.mjs';
+import { launch, open, drawn } from './browser.mjs';
 
 /** Processor time of this process's descendants [ms]: Linux, at 100 ticks a second. */
 function processorTime() {
@@ -22,7 +22,7 @@ function processorTime() {
 const browser = await launch();
 const started = performance.now();
 const { page, words } = await open(browser, process.argv[2], { viewport: { width: 1280, height: 720 } });
-await settle(page);
+await drawn(page);
 console.log(`opened and drawn in ${((performance.now() - started) / 1000).toFixed(1)} s`);
 
 /** Measures over 3 s, with that key pressed in the scene before each frame. */
@@ -45,7 +45,7 @@ async function measure(what, key) {
 await measure('turning', 'ArrowRight');
 for (const view of ['orbit', 'follow', 'top']) {
   await page.selectOption('#map-view', view);
-  await settle(page);
+  await drawn(page);
   await page.selectOption('#speed', '0');
   await page.click('#play');
   await measure(`playing, ${view}`, '');

@@ -4,7 +4,7 @@
 import { spawn } from 'node:child_process';
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, until, verdict, visit } from './checks.mjs';
-import { DESKTOP, findBrowser, launch, open, PHONE, settle } from './browser.mjs';
+import { DESKTOP, findBrowser, launch, open, PHONE, drawn } from './browser.mjs';
 
 const [chasles, recording, folder] = process.argv.slice(2);
 if (!findBrowser()) process.exit(77);
@@ -17,9 +17,9 @@ async function start(...words) {
   for (const stream of [child.stdout, child.stderr]) stream.on('data', (data) => { text += data; });
   const ended = new Promise((done) => { child.on('exit', (code, signal) => done(signal ?? code)); });
   const url = await new Promise((done) => {
-    const look = setInterval(() => {
+    const timer = setInterval(() => {
       const found = /http:\/\/\S+/.exec(text);
-      if (found || child.exitCode !== null) { clearInterval(look); done(found?.[0]); }
+      if (found || child.exitCode !== null) { clearInterval(timer); done(found?.[0]); }
     }, 20);
   });
   check(`${words[0]} prints a URL`, url !== undefined, text);
@@ -44,8 +44,8 @@ async function grows(page) {
     numbers);
   await until('frames arrive', async () => await shownFrames(page) > frames + 5, 10);
   const last = Number(await page.getAttribute('#time', 'max'));
-  const told = () => page.locator('#figures [data-exact^="frames:"]').getAttribute('data-exact');
-  check('the table of figures goes with the run', Number((await told()).split(' ')[1]) >= frames, await told());
+  const announced = () => page.locator('#figures [data-exact^="frames:"]').getAttribute('data-exact');
+  check('the table of figures goes with the run', Number((await announced()).split(' ')[1]) >= frames, await announced());
   check('the cursor goes with the run', Number(await page.inputValue('#time')) >= last - 2);
   await page.locator('#time').focus();
   await page.locator('#time').press('Home');
@@ -62,10 +62,10 @@ async function grows(page) {
   check('a legend stays as it was set', !await box.isChecked());
   await box.click();
   await page.selectOption('#map-view', 'top');
-  await settle(page);
+  await drawn(page);
   await page.screenshot({ path: `${folder}/map.png` });
   await page.selectOption('#map-view', 'follow');
-  await settle(page);
+  await drawn(page);
 }
 
 /** What Chromium says by itself of a server that is gone. */
@@ -80,7 +80,7 @@ await visit(browser, first.url, folder, { label: 'live-desktop', title, colorSch
   ready: running, use: grows });
 const phone = await open(browser, first.url, { colorScheme: 'dark', ...PHONE });
 await running(phone.page);
-await settle(phone.page);
+await drawn(phone.page);
 await phone.page.screenshot({ path: `${folder}/live-phone.png` });
 check('on a phone nothing sticks out to the side', await phone.page.evaluate(() =>
   document.documentElement.scrollWidth <= document.documentElement.clientWidth));
@@ -108,7 +108,7 @@ check('its folder is complete', summary.remarks.some((r) => r.startsWith('interr
 check('the page has all frames', await shownFrames(page) === summary.frames,
   `${await shownFrames(page)} of ${summary.frames}`);
 await until('the server has ended with it', async () => /server has ended/.test(await state(page)));
-await settle(page);
+await drawn(page);
 await page.screenshot({ path: `${folder}/live-stopped.png` });
 check('the console is silent', notOfTheServer(words).length === 0, words.join(' | '));
 await context.close();

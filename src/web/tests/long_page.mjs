@@ -2,7 +2,7 @@
 // drawn of it in motion is bounded: a measurement of how smooth that is is frame_rate.mjs. Exit 1:
 // something failed; 77: no Chromium.
 import { mkdirSync } from 'node:fs';
-import { findBrowser, launch, open, settle } from './browser.mjs';
+import { findBrowser, launch, open, drawn } from './browser.mjs';
 import { check, until, verdict } from './checks.mjs';
 import { motion } from './run_world.mjs';
 
@@ -11,7 +11,7 @@ if (!findBrowser()) process.exit(77);
 mkdirSync(folder, { recursive: true });
 const browser = await launch();
 const { page, words } = await open(browser, file, { viewport: { width: 1280, height: 720 } });
-await settle(page);
+await drawn(page);
 const detail = () => page.getAttribute('#scene', 'data-detail');
 const dots = async () => Number(/^coarse: (\d+) of 20000 dots$/.exec(await detail())?.[1]);
 

@@ -1,7 +1,7 @@
 // map_page.mjs PAGE FOLDER: as run_page.mjs, with the page of a saved map.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, saved, screenshot, until, verdict, visit } from './checks.mjs';
-import { DESKTOP, findBrowser, launch, settle } from './browser.mjs';
+import { DESKTOP, findBrowser, launch, drawn } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
 if (!findBrowser()) process.exit(77);
@@ -13,7 +13,7 @@ async function use(page) {
   check('there is a row a session', await page.locator('#sessions tbody tr').count() ===
     map.sessions.length);
   const row = await page.locator('#sessions tbody tr').last().textContent();
-  check('which tells when it began', row.includes('2011-09-30 12:08:26 UTC'), row);
+  check('which shows when it began', row.includes('2011-09-30 12:08:26 UTC'), row);
   check('there are the distributions', await page.locator('#histograms figure').count() === 4);
   const total = await page.locator('#histograms figure').nth(3).locator('.bar').evaluateAll((bars) =>
     bars.reduce((sum, bar) => sum + Number(/: (\d+)$/.exec(bar.title)[1]), 0));
@@ -35,12 +35,12 @@ async function use(page) {
     }
   }
   const tip = await page.textContent('#map-tip');
-  check('a landmark tells its numbers', /Landmark \d+ of the map(Mon|Tues)day.* shared/.test(tip), tip);
+  check('a landmark shows its numbers', /Landmark \d+ of the map(Mon|Tues)day.* shared/.test(tip), tip);
   const { bytes } = await saved(page, folder, () => page.click('#map-csv'));
   check('the landmarks are saved as a table', String(bytes).trim().split('\n').length === 401);
 
   await page.selectOption('#map-view', 'orbit');
-  await settle(page);
+  await drawn(page);
   const shot = () => screenshot(page, '#scene');
   const first = await shot();
   await boxes.first().uncheck();

@@ -1,5 +1,5 @@
 // The panel of what the cameras saw, used as a person does.
-import { settle } from './browser.mjs';
+import { drawn } from './browser.mjs';
 import { check, coloursOf, picture, until } from './checks.mjs';
 
 const cursor = (page) => page.inputValue('#time').then(Number);
@@ -29,7 +29,7 @@ export async function camera(page, { run }) {
   // The first frame has no way behind it.
   await view.press('ArrowRight');
   await until('the next frame is another', async () => await picture(view) !== first);
-  await settle(page);
+  await drawn(page);
   const next = await picture(view);
   for (const box of await page.locator('#camera-legend input').all()) {
     await box.click();

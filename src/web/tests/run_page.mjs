@@ -3,7 +3,7 @@
 // failed; 77: no Chromium.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
-import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
+import { DESKTOP, findBrowser, launch, PHONE, drawn } from './browser.mjs';
 import { camera } from './run_camera.mjs';
 import { explanations, opening } from './run_opening.mjs';
 import { axes, exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTicks, toggles }
@@ -28,14 +28,14 @@ async function overview(page) {
   const labels = await page.locator('#overview .legend .key').allTextContents();
   check('each line has a name of its own', new Set(labels).size === labels.length);
   const map = page.locator('#overview-map'), before = await picture(map);
-  check('deviations are offered only from a truth',
+  check('errors are offered only from a truth',
     await page.isVisible('#overview-factor') === Boolean(scene.truth));
-  check('and the help tells of a truth, or of its absence',
+  check('and the help mentions a truth, or of its absence',
     await page.isVisible('#overview-help-truth') === Boolean(scene.truth) &&
     await page.isVisible('#overview-help-plan') === !scene.truth);
   if (scene.truth) {
     await page.selectOption('#overview-factor', '20');
-    await until('deviations are drawn larger', async () => await picture(map) !== before);
+    await until('errors are drawn larger', async () => await picture(map) !== before);
     await page.selectOption('#overview-factor', '1');
     await until('and true to scale again', async () => await picture(map) === before);
   }
@@ -61,7 +61,7 @@ async function otherRuns(page) {
   await page.selectOption('#run-select', '1');
   await until('another run is shown', async () =>
     await page.textContent('#run-name') === (data.runs[1].name || 'Chasles'));
-  await settle(page);
+  await drawn(page);
 }
 
 async function print(page) {

@@ -1,5 +1,5 @@
 // The plots over time, the cursor and the figures of a page of runs, used as a person does.
-import { settle } from './browser.mjs';
+import { drawn } from './browser.mjs';
 import { check, picture, saved, until } from './checks.mjs';
 
 const cursor = (page) => page.inputValue('#time').then(Number);
@@ -24,7 +24,7 @@ export async function timeCursor(page) {
   await plot(page).scrollIntoViewIfNeeded();
   const before = await cursor(page);
   await page.locator('.plot-stack').first().press('ArrowLeft');
-  await settle(page);
+  await drawn(page);
   check('the left arrow goes back a frame', await cursor(page) === before - 1);
   await page.locator('#time').focus();
   await page.locator('#time').press('Home');
@@ -41,9 +41,9 @@ export async function play(page) {
     const button = document.getElementById('play');
     if (button.getAttribute('aria-label') === 'Pause') button.click();
   });
-  await settle(page);
+  await drawn(page);
   const stopped = await cursor(page);
-  await settle(page);
+  await drawn(page);
   check('pause stops it', await cursor(page) === stopped);
 }
 
@@ -97,7 +97,7 @@ export async function timeTicks(page) {
   for (const key of ['+', '+', '+', '0']) {
     await page.evaluate(() => { window.written.length = 0; });
     await stack.press(key);
-    await settle(page);
+    await drawn(page);
     const written = await page.evaluate(() => window.written);
     const last = written.find(([, , text]) => / s$/.test(text));
     const ticks = written.filter(([y, x]) => last && y === last[0] && x >= 54)  // right of the other axis
@@ -115,7 +115,7 @@ export async function toggles(page) {
   const canvas = figure.locator('canvas').first(), box = figure.locator('.toggle input').last();
   await figure.scrollIntoViewIfNeeded();
   await page.mouse.move(2, 2);
-  await settle(page);
+  await drawn(page);
   const before = await picture(canvas);
   await box.click();
   await until('a legend hides a series', async () => await picture(canvas) !== before);
@@ -150,7 +150,7 @@ export async function exactNumbers(page, { run }) {
   if (typeof value !== 'number') return;
   const card = page.locator('.card-value[data-exact^="nees_pose:"]');
   await card.scrollIntoViewIfNeeded();
-  await settle(page);
+  await drawn(page);
   await card.hover();
   await until('a figure shows the number of summary.json under the pointer', async () =>
     await page.textContent('.exact-tip') === `nees_pose: ${value}` && page.isVisible('.exact-tip'));

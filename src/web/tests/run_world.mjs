@@ -1,17 +1,17 @@
 // The scene and the map of a page of runs, used as a person does.
 import { inflateSync } from 'node:zlib';
-import { settle } from './browser.mjs';
+import { drawn } from './browser.mjs';
 import { check, picture, saved, screenshot, until } from './checks.mjs';
 
 const detail = (page) => page.getAttribute('#scene', 'data-detail');
 
-/** A screenshot of the scene once it is still, and without the frame that tells that it has the focus. */
+/** A screenshot of the scene once it is still, and without the frame that shows that it has the focus. */
 async function sceneShot(page) {
   await page.locator('#scene').evaluate((canvas) => {
     canvas.scrollIntoViewIfNeeded();  // far from the screen it would stay as it is
     canvas.blur();
   });
-  await settle(page);
+  await drawn(page);
   await until('a static scene is drawn in full', async () => await detail(page) === 'full');
   return screenshot(page, '#scene');
 }
@@ -22,7 +22,7 @@ export async function scene(page, { run, folder }) {
   await drawnNearTheScreen(page);
   await canvas.scrollIntoViewIfNeeded();
   await page.mouse.move(2, 2);
-  await settle(page);
+  await drawn(page);
   const first = await sceneShot(page);
   await canvas.press('ArrowLeft');
   await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
@@ -34,7 +34,7 @@ export async function scene(page, { run, folder }) {
   await page.selectOption('#map-view', 'above');
   await until('the view from above differs', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
-  await settle(page);
+  await drawn(page);
   const behind = await sceneShot(page);
   await page.locator('#time').press('Home');
   await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
@@ -48,7 +48,7 @@ async function drawnNearTheScreen(page) {
   await last.press('End');
   const before = await sceneShot(page);
   await last.scrollIntoViewIfNeeded();
-  await settle(page);
+  await drawn(page);
   await page.evaluate(() => {
     const { prototype } = WebGL2RenderingContext, { clear } = prototype;
     window.drawings = 0;
@@ -59,7 +59,7 @@ async function drawnNearTheScreen(page) {
   });
   const drawings = () => page.evaluate(() => window.drawings);
   await last.press('Home');
-  await settle(page);
+  await drawn(page);
   check('far from the screen the scene is not drawn', await drawings() === 0, String(await drawings()));
   check('and it catches up', await sceneShot(page) !== before && await drawings() > 0);
   await last.press('End');
@@ -76,8 +76,8 @@ async function closuresInScene(page, before) {
   const figures = await page.locator('#figures tr').allTextContents();
   check('their number is a figure', figures.some((row) => row.startsWith('Loop closures2')));
   await page.click('#closures-title');
-  const told = await page.locator('#closures tbody tr').first().textContent();
-  check('each tells its jump and its chi2', /20\.\d\d s.*0\.250 m.*8\.50 of 12/.test(told), told);
+  const description = await page.locator('#closures tbody tr').first().textContent();
+  check('each shows its jump and its chi2', /20\.\d\d s.*0\.250 m.*8\.50 of 12/.test(description), description);
   check('so is their largest jump', figures.some((row) => row.includes('closure0.250 m')), figures.join('|'));
 }
 
@@ -91,10 +91,10 @@ async function savedMapInScene(page, { sessions }) {
     await box.check();
   }
   await until('and shows both again', async () => await sceneShot(page) === before);
-  check('what that means is told', await page.locator('#saved-help').isVisible());
+  check('what that means is shown', await page.locator('#saved-help').isVisible());
 }
 
-/** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. Returns
+/** A processor draws a scene in motion with fewer dots; without motion it is the picture that it was. Returns
  *  how many dots there were in motion, at most. */
 export async function motion(page) {
   const canvas = page.locator('#scene');
@@ -110,7 +110,7 @@ export async function motion(page) {
     }
     return seen;
   });
-  const dots = details.map((told) => /^coarse: (\d+) of (\d+) dots$/.exec(told)).filter(Boolean);
+  const dots = details.map((description) => /^coarse: (\d+) of (\d+) dots$/.exec(description)).filter(Boolean);
   check('in motion it is drawn coarsely', dots.length > 6, details.join());
   check('and none is drawn twice or invented', dots.every(([, n, all]) => Number(n) <= Number(all)));
   const many = Number(dots[0]?.[2]) >= 2000;
@@ -135,7 +135,7 @@ export async function mapMoves(page, { run }) {
   await page.selectOption('#map-view', 'top');
   const map = page.locator('#map');
   await map.scrollIntoViewIfNeeded();
-  await settle(page);
+  await drawn(page);
   const box = await map.boundingBox(), before = await picture(map);
   await page.mouse.move(box.x + 150, box.y + 150);
   await page.mouse.wheel(0, -100);
@@ -145,7 +145,7 @@ export async function mapMoves(page, { run }) {
   await until('+ zooms', async () => await picture(map) !== before);
   await map.press('0');
   await page.selectOption('#map-view', 'side');
-  await settle(page);
+  await drawn(page);
   check('the side view differs', await picture(map) !== before);
   await page.selectOption('#map-view', 'top');
   if (!await page.locator('#map-legend .dots').count()) return;
@@ -184,12 +184,12 @@ async function findTip(page, map, run) {
   const text = await tip.textContent();
   check('a landmark shows its numbers', await tip.isVisible() && /Landmark \d+/.test(text) &&
     text.includes('σ'), text);
-  const told = /moved (.+) m since initialisation$/.exec(text)?.[1].replace(/\u202f/g, '')
+  const description = /moved (.+) m since initialisation$/.exec(text)?.[1].replace(/\u202f/g, '')
     .replace('−', '-');
   const moved = distanceMoved(run, Number(/Landmark (\d+)x, y/.exec(text)?.[1]));
-  // Told are two digits.
+  // Two digits are shown.
   check('and how far it has moved where this is known', Number.isFinite(moved) ?
-    Math.abs(Number(told) - moved) <= 0.06 * moved : told === undefined, `${text}: ${moved}`);
+    Math.abs(Number(description) - moved) <= 0.06 * moved : description === undefined, `${text}: ${moved}`);
   const place = await tip.boundingBox();
   check('the numbers stay within the map', place && place.x >= box.x &&
     place.x + place.width <= box.x + box.width + 1);
@@ -218,10 +218,10 @@ export async function landmarkLives(page) {
 async function followed(page, map) {
   for (const key of ['Home', 'PageUp', 'ArrowLeft', 'End']) {
     await page.locator('#time').press(key);
-    await settle(page);
+    await drawn(page);
     const stepped = await picture(map);
     await page.click('#map-fit');
-    await settle(page);
+    await drawn(page);
     check(`${key}: the map follows the cursor as if drawn anew`, await picture(map) === stepped);
     await page.locator('#time').focus();
   }
@@ -242,7 +242,7 @@ export async function initialPositions(page, { run, folder }) {
     await box.isChecked() === (run.summary.mode === 'map'));
   await box.setChecked(true);
   await page.mouse.move(2, 2);
-  await settle(page);
+  await drawn(page);
   const shown = await picture(map);
   await box.click();
   await until('the legend hides the initial positions', async () => await picture(map) !== shown);

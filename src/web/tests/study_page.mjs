@@ -1,7 +1,7 @@
 // study_page.mjs PAGE FOLDER: as run_page.mjs, with a page of studies.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
-import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
+import { DESKTOP, findBrowser, launch, PHONE, drawn } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
 if (!findBrowser()) process.exit(77);
@@ -32,7 +32,7 @@ async function isAsInThePaper(page, study) {
     Number(study.filters.some((filter) => filter.landmarks)));
 }
 
-async function looksRight(page, study) {
+async function isDrawnRight(page, study) {
   await isAsInThePaper(page, study);
   for (const table of ['results-table', 'more-table']) {
     check(`${table} has a row a filter`,
@@ -97,7 +97,7 @@ async function choices(page) {
 async function mapMoves(page) {
   const map = page.locator('#map');
   await map.scrollIntoViewIfNeeded();
-  await settle(page);
+  await drawn(page);
   const before = await picture(map);
   await page.click('#map-in');
   await until('zooming changes the map', async () => await picture(map) !== before);
@@ -139,7 +139,7 @@ async function dots(page) {
 
 async function use(page) {
   const [study] = studies;
-  await looksRight(page, study);
+  await isDrawnRight(page, study);
   if (study.summary.scene) {
     await timeCursor(page);
     await choices(page);
@@ -150,7 +150,7 @@ async function use(page) {
   await page.selectOption('#run-select', '1');
   await until('another study is shown', async () =>
     await page.textContent('#run-name') === titleOf(studies[1]));
-  await looksRight(page, studies[1]);
+  await isDrawnRight(page, studies[1]);
 }
 
 const browser = await launch();

@@ -1,4 +1,4 @@
-// How checks are told.
+// How checks are reported.
 const failures = [];
 
 export function check(name, passed, detail = '') {

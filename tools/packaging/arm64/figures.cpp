@@ -62,7 +62,7 @@ void print_cameras(Random& random) {
 // A drive past random points, 200 frames: rounding errors go through every update.
 void print_filters() {
   const Drive drive =
-      simulate_drive({.frames = 200, .begin_with = 30, .points_a_frame = 2, .seed = 5});
+      simulate_drive({.frames = 200, .initial_points = 30, .points_a_frame = 2, .seed = 5});
   for (const ErrorChart& chart : error_charts()) {
     DrivenFilter filter(chart, drive, {}, initial_covariance(Motion::kVelocityState, 0.01),
                         Ekf::Map::kHistory);

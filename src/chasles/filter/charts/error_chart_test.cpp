@@ -1,9 +1,9 @@
 #include <Eigen/LU>
 
 #include <chasles/base/error.hpp>
-#include <chasles/velocity/body_velocity_model.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_motion_testing.hpp>
+#include <chasles/velocity/body_velocity_model.hpp>
 
 namespace chasles {
 namespace {
@@ -194,7 +194,7 @@ TEST(ErrorCharts, AreFoundByNameAndHaveDifferentNames) {
   }
 }
 
-TEST(ErrorCharts, UnknownNameIsRefusedWithTheNamesThatThereAre) {
+TEST(ErrorCharts, UnknownNameIsRejectedWithTheNamesThatThereAre) {
   try {
     error_chart("left");
     FAIL() << "nothing was thrown";

@@ -2,8 +2,8 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/filter/charts/registered_charts.hpp>
 #include <chasles/base/registered_names.hpp>
+#include <chasles/filter/charts/registered_charts.hpp>
 
 namespace chasles {
 namespace {

@@ -20,7 +20,7 @@ struct Later {
 };
 
 // The states that return later, where a segment begins: those that have already left.
-struct Dormant {
+struct InactiveStates {
   std::vector<Segment::Item> items;
   MatrixXd C;  // their cross-covariance with all starts of the segment
 };
@@ -47,10 +47,10 @@ std::vector<Index> rows_of(const std::vector<Segment::Item>& items, const std::v
   return rows;
 }
 
-// Forwards: the dormant states at the beginning of every segment.
-std::vector<Dormant> find_dormant(const std::vector<Stretch>& stretches,
-                                  const std::vector<int>& returning) {
-  std::vector<Dormant> result;
+// Forwards: the inactive states at the beginning of every segment.
+std::vector<InactiveStates> find_inactive(const std::vector<Stretch>& stretches,
+                                          const std::vector<int>& returning) {
+  std::vector<InactiveStates> result;
   Carried past;
   for (const Stretch& stretch : stretches) {
     const Segment* segment = stretch.segment;
@@ -99,9 +99,9 @@ std::vector<Index> returning_variables(const Segment& segment, const std::vector
 }
 
 // The later measurements' variables, from the beginning of the next segment [rows of the state,
-// returned states, dormant ones] to the end of this one [rows of the state, dormant states in the
+// returned states, inactive ones] to the end of this one [rows of the state, inactive states in the
 // order of numbers].
-void reorder(Later& later, const Stretch& next, const Dormant& dormant) {
+void reorder(Later& later, const Stretch& next, const InactiveStates& inactive) {
   struct Place {
     int number = 0;
     Index row = 0, size = 0;
@@ -109,7 +109,7 @@ void reorder(Later& later, const Stretch& next, const Dormant& dormant) {
   const Index n = next.segment->starts;
   std::vector<Place> places;
   Index at = n;
-  for (const Segment::Item& item : dormant.items) {
+  for (const Segment::Item& item : inactive.items) {
     places.push_back({item.number, at, item.size});
     at += item.size;
   }
@@ -133,12 +133,12 @@ void reorder(Later& later, const Stretch& next, const Dormant& dormant) {
 
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
   const std::vector<int> returning = sorted_numbers(stretches);
-  const std::vector<Dormant> dormant = find_dormant(stretches, returning);
+  const std::vector<InactiveStates> inactive = find_inactive(stretches, returning);
   std::vector<SmoothedState> result;
   Later later;
   for (std::size_t i = stretches.size(); i-- > 0;) {
     const Segment& segment = *stretches[i].segment;
-    const MatrixXd& C = dormant[i].C;
+    const MatrixXd& C = inactive[i].C;
     const Index n = segment.starts, own = segment.g.size() - n, d = C.rows();
     const std::vector<Index> leaving = returning_variables(segment, returning);
     const auto l = static_cast<Index>(leaving.size());
@@ -146,9 +146,9 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
     if (i + 1 == stretches.size()) {
       later = {.G = MatrixXd::Zero(rows + d + l, rows + d + l), .g = VectorXd::Zero(rows + d + l)};
     } else {
-      reorder(later, stretches[i + 1], dormant[i + 1]);
+      reorder(later, stretches[i + 1], inactive[i + 1]);
     }
-    // The end's rows by the starts, and the items' covariances with the end's rows. The dormant
+    // The end's rows by the starts, and the items' covariances with the end's rows. The inactive
     // states stay what they were.
     MatrixXd M(rows + d + l, n);
     M << segment.X.leftCols(n), dense::product(C, segment.G.topLeftCorner(n, n)),

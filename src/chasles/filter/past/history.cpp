@@ -1,8 +1,8 @@
 #include <utility>
 
+#include <chasles/base/overloaded.hpp>
 #include <chasles/filter/past/history.hpp>
 #include <chasles/filter/past/history_sweep_detail.hpp>
-#include <chasles/base/overloaded.hpp>
 
 namespace chasles {
 namespace {

@@ -5,10 +5,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <chasles/base/interruption.hpp>
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/past/history_sweep_detail.hpp>
-#include <chasles/base/interruption.hpp>
 
 namespace chasles::filter_detail {
 namespace {

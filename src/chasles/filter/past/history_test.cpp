@@ -78,23 +78,23 @@ void expect_same_map(const Both& filters) {
   EXPECT_TRUE(test::agree(a.core_covariance(), b.core_covariance(), kHistoryTolerance, 1e-300));
 }
 
-TEST_P(HistoryTest, TellsTheMapThatTheDenseFilterCarriesAlong) {
+TEST_P(HistoryTest, ShowsTheMapThatTheDenseFilterCarriesAlong) {
   const test::Drive drive = test::simulate_drive(
-      {.frames = 150, .begin_with = 10, .points_a_frame = 2, .outlier_share = 0.03, .seed = 5});
+      {.frames = 150, .initial_points = 10, .points_a_frame = 2, .outlier_share = 0.03, .seed = 5});
   const DriveOptions options{.motion = Motion::kVelocityState, .gate = kGate};
   Both filters(chart(), drive, options, test::initial_covariance(options.motion, 0.01));
   filters.run();
   ASSERT_GE(filters.dense.ekf().map_size(), 250);
   ASSERT_LT(filters.dense.ekf().state().landmarks.size(), 60u);
-  ASSERT_GE(filters.dense.refused(), 20);
+  ASSERT_GE(filters.dense.rejected(), 20);
   expect_same_map(filters);
-  EXPECT_EQ(filters.compressed.refused(), filters.dense.refused());
+  EXPECT_EQ(filters.compressed.rejected(), filters.dense.rejected());
 }
 
 // The bound gives up what later measurements say about the oldest landmarks, and nothing else.
 TEST_P(HistoryTest, ABoundOnItsMemoryMakesOldLandmarksFinal) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 150, .begin_with = 10, .points_a_frame = 2, .seed = 12});
+      test::simulate_drive({.frames = 150, .initial_points = 10, .points_a_frame = 2, .seed = 12});
   const MatrixXd P = test::initial_covariance(Motion::kVelocityState, 0.01);
   DrivenFilter whole(chart(), drive, {.gate = kGate}, P, Ekf::Map::kHistory);
   whole.run();
@@ -128,9 +128,9 @@ TEST_P(HistoryTest, ABoundOnItsMemoryMakesOldLandmarksFinal) {
   EXPECT_LT(final, map.size() - map.size() / 8) << "an eighth of the steps is kept at least";
 }
 
-TEST_P(HistoryTest, TellsTheMapOfEveryMotion) {
+TEST_P(HistoryTest, ShowsTheMapOfEveryMotion) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 50, .begin_with = 6, .points_a_frame = 1, .seed = 6});
+      test::simulate_drive({.frames = 50, .initial_points = 6, .points_a_frame = 1, .seed = 6});
   for (const Motion motion : {Motion::kVelocityInput, Motion::kInertial}) {
     SCOPED_TRACE(test::motion_test_name(motion));
     const DriveOptions options{.motion = motion, .gate = kGate};
@@ -140,9 +140,9 @@ TEST_P(HistoryTest, TellsTheMapOfEveryMotion) {
   }
 }
 
-TEST_P(HistoryTest, TellsTheMapAtAnyTimeWithoutChangingWhatFollows) {
+TEST_P(HistoryTest, ShowsTheMapAtAnyTimeWithoutChangingWhatFollows) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 24, .begin_with = 5, .points_a_frame = 1, .seed = 7});
+      test::simulate_drive({.frames = 24, .initial_points = 5, .points_a_frame = 1, .seed = 7});
   Both filters(chart(), drive, {}, test::initial_covariance(Motion::kVelocityState, 0.05));
   for (std::size_t i = 0; i < drive.frames.size(); ++i) {
     filters.compressed.step();
@@ -151,18 +151,18 @@ TEST_P(HistoryTest, TellsTheMapAtAnyTimeWithoutChangingWhatFollows) {
   }
 }
 
-TEST_P(HistoryTest, TellsTheMapFromAPoseThatWasKnownExactly) {
+TEST_P(HistoryTest, ShowsTheMapFromAPoseThatWasKnownExactly) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 30, .begin_with = 5, .points_a_frame = 1, .seed = 8});
+      test::simulate_drive({.frames = 30, .initial_points = 5, .points_a_frame = 1, .seed = 8});
   Both filters(chart(), drive, {.gate = kGate},
                test::initial_covariance(Motion::kVelocityState, 0));
   filters.run();
   expect_same_map(filters);
 }
 
-TEST_P(HistoryTest, TellsTheMapWhereNothingButTheLandmarksIsUncertain) {
+TEST_P(HistoryTest, ShowsTheMapWhereNothingButTheLandmarksIsUncertain) {
   const test::Drive drive = test::simulate_drive(
-      {.frames = 30, .begin_with = 5, .points_a_frame = 1, .velocity_noise = 0, .seed = 9});
+      {.frames = 30, .initial_points = 5, .points_a_frame = 1, .velocity_noise = 0, .seed = 9});
   const DriveOptions options{.motion = Motion::kVelocityInput, .process_noise = 0};
   Both filters(chart(), drive, options, MatrixXd::Zero(10, 10));
   filters.run();
@@ -173,18 +173,18 @@ TEST_P(HistoryTest, TellsTheMapWhereNothingButTheLandmarksIsUncertain) {
   EXPECT_TRUE((P.block<3, 3>(3, 0).isZero(0)));
 }
 
-TEST_P(HistoryTest, TellsTheMapWithoutProcessNoise) {
+TEST_P(HistoryTest, ShowsTheMapWithoutProcessNoise) {
   const test::Drive drive = test::simulate_drive(
-      {.frames = 30, .begin_with = 5, .points_a_frame = 1, .velocity_noise = 0, .seed = 10});
+      {.frames = 30, .initial_points = 5, .points_a_frame = 1, .velocity_noise = 0, .seed = 10});
   const DriveOptions options{.motion = Motion::kVelocityInput, .process_noise = 0};
   Both filters(chart(), drive, options, test::initial_covariance(options.motion, 0.05));
   filters.run();
   expect_same_map(filters);
 }
 
-TEST_P(HistoryTest, TellsOfLandmarksThatWereSeenOnce) {
+TEST_P(HistoryTest, HasLandmarksThatWereSeenOnce) {
   test::Drive drive =
-      test::simulate_drive({.frames = 12, .begin_with = 6, .points_a_frame = 1, .seed = 11});
+      test::simulate_drive({.frames = 12, .initial_points = 6, .points_a_frame = 1, .seed = 11});
   // New ids in every third frame: its landmarks are never observed again.
   for (std::size_t i = 0; i < drive.frames.size(); i += 3) {
     for (StereoObservation& seen : drive.frames[i].observations) {
@@ -202,9 +202,9 @@ TEST_P(HistoryTest, TellsOfLandmarksThatWereSeenOnce) {
             10);
 }
 
-TEST_P(HistoryTest, TellsTheMapWhenAllLandmarksAreRetiredAtOnce) {
+TEST_P(HistoryTest, ShowsTheMapWhenAllLandmarksAreRetiredAtOnce) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 10, .begin_with = 12, .points_a_frame = 1, .seed = 12});
+      test::simulate_drive({.frames = 10, .initial_points = 12, .points_a_frame = 1, .seed = 12});
   Both filters(chart(), drive, {.patience = 100},
                test::initial_covariance(Motion::kVelocityState, 0.05));
   filters.run();
@@ -213,9 +213,9 @@ TEST_P(HistoryTest, TellsTheMapWhenAllLandmarksAreRetiredAtOnce) {
   expect_same_map(filters);
 }
 
-TEST_P(HistoryTest, TellsOfLandmarksThatWereRetiredBeforeAnyUpdate) {
+TEST_P(HistoryTest, HasLandmarksThatWereRetiredBeforeAnyUpdate) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 8, .begin_with = 8, .points_a_frame = 1, .seed = 13});
+      test::simulate_drive({.frames = 8, .initial_points = 8, .points_a_frame = 1, .seed = 13});
   Both filters(chart(), drive, {}, test::initial_covariance(Motion::kVelocityState, 0.05));
   filters.compressed.step();
   filters.dense.step();
@@ -239,7 +239,7 @@ TEST_P(HistoryTest, OfAFilterThatSawNothingIsTheCoreAlone) {
 
 TEST_P(HistoryTest, LaterMeasurementsBetterARetiredLandmark) {
   const test::Drive drive =
-      test::simulate_drive({.frames = 20, .begin_with = 8, .points_a_frame = 1, .seed = 14});
+      test::simulate_drive({.frames = 20, .initial_points = 8, .points_a_frame = 1, .seed = 14});
   // The latest landmark leaves at once. The remaining ones increasingly constrain the pose from
   // which it was observed.
   DrivenFilter filter(chart(), drive, {.patience = 100},

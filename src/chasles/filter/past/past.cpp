@@ -3,11 +3,11 @@
 #include <set>
 #include <utility>
 
+#include <chasles/base/overloaded.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/past/fixed_interval.hpp>
 #include <chasles/filter/past/past.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/base/overloaded.hpp>
 
 namespace chasles {
 
@@ -65,7 +65,7 @@ const Past::PastLandmark* Past::past_landmark(int number) const {
   return std::get_if<PastLandmark>(&states_[static_cast<std::size_t>(number)]);
 }
 
-void Past::forget(int number) {
+void Past::marginalise(int number) {
   std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).may_return = false;
 }
 

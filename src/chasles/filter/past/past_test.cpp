@@ -42,14 +42,15 @@ void expect_same_estimates(const Ekf& a, const Ekf& b) {
   }
 }
 
-TEST(Past, RecallTellsWhatRevivalWouldBring) {
+TEST(Past, RecallShowsWhatRevivalWouldBring) {
   const Case c{.chart = "left-se3", .calibrating = true, .revives = false};
   Wanderer filter(c, Ekf::Map::kPast), dense(c, Ekf::Map::kDense);
   for (int i = 0; i < 40; ++i) {
     filter.step();
     dense.step();
   }
-  const std::vector<int> numbers{filter.dormant()[1], filter.dormant()[7], filter.dormant().back()};
+  const std::vector<int> numbers{filter.inactive()[1], filter.inactive()[7],
+                                 filter.inactive().back()};
   const Carried recalled = filter.ekf().recall(numbers), expected = dense.ekf().recall(numbers);
   EXPECT_TRUE(test::agree(recalled.P, expected.P, kPastTolerance, 0));
   EXPECT_TRUE(test::agree(recalled.C, expected.C, kPastTolerance, 0));
@@ -168,7 +169,7 @@ TEST(Past, ABoundOnItsMemoryLeavesReturningLandmarksExact) {
   EXPECT_LT(final, some.poses.size());
 }
 
-TEST(Past, APriorMapThatDoesNotFitIsRefused) {
+TEST(Past, APriorMapThatDoesNotFitIsRejected) {
   test::Random random(8);
   Ekf filter = test::inertial_filter(kStandardChart, random, false, false,
                                      {.map = Ekf::Map::kPast, .past = {.recalls = true}});
@@ -203,8 +204,8 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   past.revive(first);
   EXPECT_THROW(past.revive(first), UsageError) << "it has returned";
   past.retire(first);
-  past.forget(std::array{1});
-  EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is forgotten";
+  past.marginalise(std::array{1});
+  EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is marginalised";
   EXPECT_EQ(past.past_estimates().landmarks.size(), static_cast<std::size_t>(past.map_size()));
 }
 
@@ -212,7 +213,7 @@ class PastTest : public ::testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Runs, PastTest, ::testing::ValuesIn(test::wanderer_cases()),
                          [](const auto& info) { return test::name_of(info.param); });
 
-TEST_P(PastTest, IsThatOfAFilterThatForgetsNothing) {
+TEST_P(PastTest, IsThatOfAFilterThatMarginalisesNothing) {
   Wanderer filter(GetParam(), Ekf::Map::kPast), dense(GetParam(), Ekf::Map::kDense);
   for (int i = 0; i < 60; ++i) {
     filter.step();
@@ -223,7 +224,7 @@ TEST_P(PastTest, IsThatOfAFilterThatForgetsNothing) {
   EXPECT_EQ(filter.revived(), dense.revived());
   if (GetParam().prior) {
     std::vector<int> numbers = filter.frames();
-    numbers.insert(numbers.end(), filter.dormant().begin(), filter.dormant().end());
+    numbers.insert(numbers.end(), filter.inactive().begin(), filter.inactive().end());
     std::ranges::sort(numbers);
     const std::vector<int> in_state{0, 2};
     const Carried some = filter.ekf().recall(numbers, in_state),

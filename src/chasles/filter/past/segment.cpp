@@ -20,7 +20,7 @@ bool contains(const std::vector<int>& numbers, int number) {
   return std::ranges::binary_search(numbers, number);
 }
 
-MatrixXd symmetric(const MatrixXd& M) { return (M + M.transpose()) / 2; }
+MatrixXd symmetric_part(const MatrixXd& M) { return (M + M.transpose()) / 2; }
 
 }  // namespace
 
@@ -95,7 +95,7 @@ Segment with_derived(const Segment& segment, int source, const std::vector<Deriv
   VectorXd g(q + k);
   X << segment.X, dense::product(segment.X.middleCols(from, size), A_transposed);
   G << segment.G, with_others.transpose(), with_others,
-      symmetric(dense::product(with_others.middleCols(from, size), A_transposed));
+      symmetric_part(dense::product(with_others.middleCols(from, size), A_transposed));
   g << segment.g, A * segment.g.segment(from, size);
   at = q;
   for (const DerivedItem& one : derived) {
@@ -155,7 +155,7 @@ void carry(Carried& past, const Segment& segment, const std::vector<int>& number
     C.topRows(r) = dense::product(past.C, starts);
     const MatrixXd moved = dense::product(past.C, segment.G.topLeftCorner(n, n));
     const MatrixXd C_transposed = past.C.transpose();
-    P.topLeftCorner(r, r) = symmetric(past.P + dense::product(moved, C_transposed));
+    P.topLeftCorner(r, r) = symmetric_part(past.P + dense::product(moved, C_transposed));
     P.topRightCorner(r, k) = past.C * segment.G.topRows(n)(Eigen::all, rows);
     P.bottomLeftCorner(k, r) = P.topRightCorner(r, k).transpose();
     correction.head(r) = past.correction + past.C * segment.g.head(n);

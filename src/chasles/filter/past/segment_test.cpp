@@ -1,5 +1,5 @@
-#include <chasles/filter/random_ekf_testing.hpp>
 #include <chasles/filter/past/segment.hpp>
+#include <chasles/filter/random_ekf_testing.hpp>
 
 // Segments against the sums that define them, for matrices at random.
 

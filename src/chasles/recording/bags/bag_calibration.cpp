@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/bags/bag_calibration.hpp>
 #include <chasles/recording/bags/camera_info.hpp>
 #include <chasles/recording/bags/transform_tree.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

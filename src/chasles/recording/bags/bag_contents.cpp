@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/image_decode.hpp>
+#include <chasles/codec/parse.hpp>
 #include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/recording/bags/file_bytes.hpp>
 #include <chasles/recording/bags/image_copies.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
 #include <chasles/recording/bags/sensor_times.hpp>
-#include <chasles/codec/image_decode.hpp>
-#include <chasles/codec/parse.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

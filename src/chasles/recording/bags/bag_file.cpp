@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
-#include <chasles/codec/foreign_files.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 

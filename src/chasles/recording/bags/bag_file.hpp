@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include <chasles/recording/bags/message_fields.hpp>
 #include <chasles/base/time.hpp>
+#include <chasles/recording/bags/message_fields.hpp>
 
 namespace chasles {
 

@@ -4,14 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/image_range.hpp>
+#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/bags/bag_images.hpp>
 #include <chasles/recording/bags/image_copies.hpp>
 #include <chasles/recording/bags/ros_image.hpp>
-#include <chasles/codec/image_range.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/paired_images.hpp>
-#include <chasles/codec/time_order.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/codec/image_source.hpp>
+#include <chasles/recording/bags/bag_contents.hpp>
 
 namespace chasles {
 

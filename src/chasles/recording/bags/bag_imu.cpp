@@ -6,9 +6,9 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/bags/bag_imu.hpp>
 #include <chasles/recording/bags/transform_tree.hpp>
-#include <chasles/codec/text_file.hpp>
 
 namespace chasles {
 namespace {

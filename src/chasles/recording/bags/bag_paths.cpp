@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/bags/bag_paths.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
 #include <chasles/recording/folder_names.hpp>
-#include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

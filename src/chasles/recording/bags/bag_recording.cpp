@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/bags/bag_calibration.hpp>
 #include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/recording/bags/bag_images.hpp>
@@ -16,7 +17,6 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/split_imu.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -66,7 +66,7 @@ std::optional<KalibrCalibration> foreign_of(const std::string& bag, const BagPat
 
 // A folder that rosbag2 did not describe may have its calibration beside it too; files in it alone
 // count where there are any.
-void look_above(BagPaths& paths) {
+void search_above(BagPaths& paths) {
   if (!paths.above) return;
   const fs::path& folder = paths.folders.front();
   if (find_kalibr(folder) || find_kalibr_imu(folder) || find_calibration({folder}) ||
@@ -80,18 +80,18 @@ void look_above(BagPaths& paths) {
 
 // Throws if the first messages of a bag are all of a serialisation that is not read: without a
 // calibration that is the better reason.
-void refuse_foreign_messages(const OpenBag& bag) {
-  constexpr std::size_t kMostLooked = 1000;
+void reject_foreign_messages(const OpenBag& bag) {
+  constexpr std::size_t kMostSearched = 1000;
   struct Enough {};
   std::vector<TopicContents> topics;
-  std::size_t looked = 0;
+  std::size_t searched = 0;
   std::vector<std::string> ignored;
   try {
     bag.file->scan(
         [&](const BagMessage& message) {
           const bool known = message.topic->wire != Wire::kOther;
           if (topics.empty() || known) topics.emplace_back().topic = *message.topic;
-          if (known || ++looked == kMostLooked) throw Enough{};
+          if (known || ++searched == kMostSearched) throw Enough{};
         },
         ignored);
   } catch (const Enough&) {
@@ -104,7 +104,7 @@ KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths,
   for (const fs::path& folder : paths.folders) {
     if (const auto file = find_kalibr_imu(folder)) return read_kalibr_imu(*file);
   }
-  for (const OpenBag& one : bags) refuse_foreign_messages(one);
+  for (const OpenBag& one : bags) reject_foreign_messages(one);
   throw InputError(fmt::format(
       "{}: there is neither camchain-imucam.yaml nor imu.yaml beside it, expected Kalibr's two "
       "files, or, if the bag has CameraInfo and /tf_static, an imu.yaml with the noise of the IMU: "
@@ -184,7 +184,7 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   const std::string bag = path.string();
   BagPaths paths = find_bag_files(path);
   const std::vector<OpenBag> bags = open_bags(paths.files);  // what is no bag comes first
-  look_above(paths);
+  search_above(paths);
   auto kalibr = kalibr_of(paths, cameras);
   KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths, bags);
   const BagContents contents = scan_open_bags(bags);

@@ -2,10 +2,10 @@
 
 #include <sqlite3.h>
 
+#include <chasles/codec/bomb_testing.hpp>
 #include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/recording/bags/bag_images.hpp>
 #include <chasles/recording/bags/bag_testing.hpp>
-#include <chasles/codec/bomb_testing.hpp>
 #include <chasles/recording/readers.hpp>
 
 // The bags are those of tools/test-bags, by the Python packages rosbags and mcap.
@@ -27,7 +27,7 @@ class Bag : public ::testing::Test {
     fs::copy(written_bag(name), folder / as, fs::copy_options::recursive);
     return folder / as;
   }
-  std::string refusal(const fs::path& path) {
+  std::string rejection(const fs::path& path) {
     return input_error([&] { read_recording(path); });
   }
   fs::path folder = test::scratch();
@@ -129,7 +129,7 @@ TEST_F(Bag, OfTheFirstLineAloneSaysWhy) {
   test::write_kalibr(folder);
   for (const std::size_t zeros : {0u, 40u}) {
     test::spill(folder / "walk.bag.active", "#ROSBAG V2.0\n" + std::string(zeros, '\0'));
-    expect_parts(refusal(folder / "walk.bag.active"), {"walk.bag.active: ends before its first"});
+    expect_parts(rejection(folder / "walk.bag.active"), {"walk.bag.active: ends before its first"});
   }
 }
 
@@ -142,9 +142,9 @@ TEST_F(Bag, OfForeignMessagesTheSerialisationIsNamed) {
   const std::initializer_list<std::string> parts{"walk.mcap: its messages are serialised as json",
                                                  "/camera of foxglove.CompressedImage",
                                                  "ROS 2 (cdr)"};
-  expect_parts(refusal(folder / "walk.mcap"), parts);
+  expect_parts(rejection(folder / "walk.mcap"), parts);
   test::write_kalibr(folder);
-  expect_parts(refusal(folder / "walk.mcap"), parts);
+  expect_parts(rejection(folder / "walk.mcap"), parts);
 }
 
 // rosbag2 puts a bag into a folder of its own: Kalibr's files may lie beside the folder.
@@ -158,7 +158,8 @@ TEST_F(Bag, TheCalibrationMayLieBesideTheFolder) {
 TEST_F(Bag, CameraInfoAndStaticTransformsCalibrate) {
   for (const char* name : {"calibrated.bag", "mcap"}) {
     const fs::path path = copy(name, name);
-    expect_parts(refusal(path), {"neither camchain-imucam.yaml nor imu.yaml", "imu.yaml with the"});
+    expect_parts(rejection(path),
+                 {"neither camchain-imucam.yaml nor imu.yaml", "imu.yaml with the"});
     test::spill(folder / "imu.yaml", test::kKalibrImu);
     const Recording r = read_recording(path);
     expect_the_walk(r);
@@ -180,7 +181,7 @@ TEST_F(Bag, CameraInfoAndStaticTransformsCalibrate) {
 
 TEST_F(Bag, WithoutCameraInfoItSaysWhatToAdd) {
   test::spill(folder / "imu.yaml", test::kKalibrImu);
-  expect_parts(refusal(copy("none.bag", "walk.bag")),
+  expect_parts(rejection(copy("none.bag", "walk.bag")),
                {"no sensor_msgs/CameraInfo on /cam0/camera_info", "Kalibr's files"});
 }
 
@@ -213,7 +214,7 @@ TEST_F(Bag, BagsFarApartAreNotOneRecording) {
   test::write_kalibr(folder);
   test::spill(folder / "a.bag", bytes);
   test::spill(folder / "b.bag", later);
-  expect_parts(refusal(folder), {"b.bag", "begins 3600 s after the end of a.bag", "name one"});
+  expect_parts(rejection(folder), {"b.bag", "begins 3600 s after the end of a.bag", "name one"});
 }
 
 // `rosbag record` writes the index and its place when it ends.
@@ -232,7 +233,7 @@ TEST_F(Bag, ABagThatWasNotClosedIsReadUpToItsEnd) {
   test::spill(folder / "walk.bag.active", bytes.substr(0, index) + std::string(4096, '\0'));
   expect_the_walk(read_recording(folder / "walk.bag.active"));
   test::spill(folder / "walk.bag.active", bytes.substr(0, 4200));
-  expect_parts(refusal(folder / "walk.bag.active"), {"holds no message"});
+  expect_parts(rejection(folder / "walk.bag.active"), {"holds no message"});
 }
 
 TEST_F(Bag, AnMcapFileThatWasNotClosedIsReadUpToItsEnd) {
@@ -311,7 +312,7 @@ TEST_F(Bag, OfALensThatIsNotReadTheOtherCamerasRun) {
   std::string chain = test::slurp(folder / "camchain-imucam.yaml");
   chain.replace(chain.rfind("pinhole"), 7, "omni");
   test::spill(folder / "camchain-imucam.yaml", chain);
-  expect_parts(refusal(path), {"camchain-imucam.yaml", "'omni'"});
+  expect_parts(rejection(path), {"camchain-imucam.yaml", "'omni'"});
   EXPECT_EQ(read_recording(path, {.cameras = 1}).images->size(), 3u);
   test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/cam0/image_raw, /cam1/image_raw]\n");
   EXPECT_EQ(read_recording(path, {.cameras = 1}).cameras.size(), 1u);
@@ -325,7 +326,7 @@ void make_database(const fs::path& file, const std::string& statements) {
   sqlite3_close(database);
 }
 
-TEST_F(Bag, ADatabaseThatComputesIsRefused) {
+TEST_F(Bag, ADatabaseThatComputesIsRejected) {
   const std::string topics =
       "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);"
       "INSERT INTO topics VALUES (1, '/imu0', 'sensor_msgs/msg/Imu', 'cdr');";
@@ -355,7 +356,7 @@ TEST_F(Bag, ChangedBytesAreFoundByTheCheckSums) {
     const std::size_t pixels = bytes.find("mono8");
     bytes[pixels + 30] = static_cast<char>(bytes[pixels + 30] ^ 1);
     test::spill(folder / "walk.mcap", bytes);
-    expect_parts(refusal(folder / "walk.mcap"), {"walk.mcap", "the check sum of the"});
+    expect_parts(rejection(folder / "walk.mcap"), {"walk.mcap", "the check sum of the"});
   }
 }
 
@@ -367,18 +368,18 @@ TEST_F(Bag, WhatIsNoRecordingIsNamed) {
   own += '\1';
   test::put(own, std::uint64_t{header.size()});
   test::spill(folder / "run.mcap", own + header);
-  expect_parts(refusal(folder / "run.mcap"), {"run.mcap", "`chasles export` wrote"});
+  expect_parts(rejection(folder / "run.mcap"), {"run.mcap", "`chasles export` wrote"});
   test::spill(folder / "old.bag", "#ROSBAG V1.2\n");
-  expect_parts(refusal(folder / "old.bag"), {"rosbag fix"});
+  expect_parts(rejection(folder / "old.bag"), {"rosbag fix"});
   fs::create_directories(folder / "empty");
   test::spill(folder / "empty" / "metadata.yaml",
               "rosbag2_bagfile_information:\n  relative_file_paths: [gone.db3]\n");
   test::write_kalibr(folder / "empty");
-  expect_parts(refusal(folder / "empty"), {"no .db3 or .mcap file"});
+  expect_parts(rejection(folder / "empty"), {"no .db3 or .mcap file"});
 }
 
 // Messages as those of an image of a driver that does not set the stamps.
-TEST_F(Bag, StampsThatWereNotSetAreRefused) {
+TEST_F(Bag, StampsThatWereNotSetAreRejected) {
   test::write_kalibr(folder);
   std::string bytes = slurp_of("none.bag");
   std::string stamp;
@@ -392,20 +393,20 @@ TEST_F(Bag, StampsThatWereNotSetAreRefused) {
     test::spill(folder / "walk.bag", changed);
     return folder / "walk.bag";
   };
-  expect_parts(refusal(unset("cam0_optical", 3)), {"/cam0/image_raw", "of all 3 messages is 0"});
-  expect_parts(refusal(unset("imu_link", 5)), {"/imu0", "of all 5 messages is 0"});
+  expect_parts(rejection(unset("cam0_optical", 3)), {"/cam0/image_raw", "of all 3 messages is 0"});
+  expect_parts(rejection(unset("imu_link", 5)), {"/imu0", "of all 5 messages is 0"});
   const Recording r = read_recording(unset("imu_link", 1));
   EXPECT_EQ(r.imu.size(), 4u);
   expect_parts(r.remarks[0], {"1 of 5 messages of /imu0", "left out"});
 }
 
-TEST_F(Bag, LengthsAndOffsetsThatLeadElsewhereAreRefused) {
+TEST_F(Bag, LengthsAndOffsetsThatLeadElsewhereAreRejected) {
   test::write_kalibr(folder);
   const std::string bytes = slurp_of("none.bag");
   const auto error = [&](std::size_t at, const std::string& other) {
     std::string changed = bytes;
     test::spill(folder / "walk.bag", changed.replace(at, other.size(), other));
-    return refusal(folder / "walk.bag");
+    return rejection(folder / "walk.bag");
   };
   const std::string kLong("\xff\xff\x00\x00", 4);
   const std::size_t chunk = bytes.find("compression=none");
@@ -423,7 +424,7 @@ TEST_F(Bag, EveryByteMayBeWrong) {
   test::write_kalibr(folder);
   for (const char* name : {"none.bag", "lz4.bag", "unchecked.mcap", "zstd.mcap"}) {
     const std::string bytes = slurp_of(name);
-    int refused = 0;
+    int rejected = 0;
     for (std::size_t at = 8; at < bytes.size(); at += 11) {
       std::string changed = bytes;
       changed[at] = static_cast<char>(changed[at] ^ 0xff);
@@ -431,20 +432,20 @@ TEST_F(Bag, EveryByteMayBeWrong) {
       try {
         read_recording(folder / "walk");
       } catch (const InputError&) {
-        ++refused;
+        ++rejected;
       }
     }
-    EXPECT_GT(refused, 30) << name;
+    EXPECT_GT(rejected, 30) << name;
   }
 }
 
-TEST_F(Bag, TruncatedBagsAreRefusedByName) {
+TEST_F(Bag, TruncatedBagsAreRejectedByName) {
   test::write_kalibr(folder);
   for (const char* name : {"none.bag", "bz2.bag"}) {
     const std::string bytes = slurp_of(name);
     for (std::size_t size = 13; size < bytes.size(); size += 1 + bytes.size() / 60) {
       test::spill(folder / "walk.bag", bytes.substr(0, size));
-      expect_parts(refusal(folder / "walk.bag"), {"walk.bag"});
+      expect_parts(rejection(folder / "walk.bag"), {"walk.bag"});
     }
   }
 }

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/bags/bag_imu.hpp>
 #include <chasles/recording/bags/bag_topics.hpp>
-#include <chasles/codec/yaml_map.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -78,7 +78,7 @@ class TopicChoice {
     }
     for (const std::string& name : names) {
       const TopicContents* topic = named(file, name, all, "sensor_msgs/Image or CompressedImage");
-      if (video_kind(*topic)) refuse_video(*topic);
+      if (video_kind(*topic)) reject_video(*topic);
       take_exactly(topic, chosen_.cameras.size());
     }
   }
@@ -86,7 +86,7 @@ class TopicChoice {
   void by_calibration() {
     choose_imu(kalibr_ != nullptr ? kalibr_->imu_topic : "");
     if (images_.empty()) {
-      if (const TopicContents* video = video_of("")) refuse_video(*video);
+      if (const TopicContents* video = video_of("")) reject_video(*video);
       fail("a topic of sensor_msgs/Image or CompressedImage");
     }
     if (kalibr_ == nullptr) {
@@ -110,8 +110,8 @@ class TopicChoice {
         kalibr_ == nullptr ? "" : "the calibration has " + camera_list(*kalibr_) + "; ", expected));
   }
 
-  [[noreturn]] void refuse_video(const TopicContents& topic) const {
-    throw InputError(fmt::format("{}: {}", bag_, video_refusal(topic)));
+  [[noreturn]] void reject_video(const TopicContents& topic) const {
+    throw InputError(fmt::format("{}: {}", bag_, video_rejection(topic)));
   }
 
   // A video with the images of this topic, or (without a name) any video.
@@ -248,7 +248,7 @@ class TopicChoice {
     if (!chosen_.cameras.empty()) return;
     for (const std::string& name : kalibr_->camera_topics) {
       const TopicContents* video = name.empty() ? nullptr : video_of(name);
-      if (video != nullptr) refuse_video(*video);
+      if (video != nullptr) reject_video(*video);
     }
   }
 
@@ -293,7 +293,7 @@ class TopicChoice {
       const TopicContents* video = name.empty() ? nullptr : video_of(name);
       chosen_.remarks.push_back(
           video != nullptr
-              ? fmt::format("cam{} of the calibration is left out: {}", c, video_refusal(*video))
+              ? fmt::format("cam{} of the calibration is left out: {}", c, video_rejection(*video))
               : fmt::format("cam{} of the calibration is left out: the bag, which holds {}, has no "
                             "images of {}",
                             c, topic_list(topics_), name.empty() ? fmt::format("cam{}", c) : name));

@@ -153,7 +153,7 @@ TEST_F(BagTopics, OfCopiesThatAreAsFullTheRawOneStays) {
   EXPECT_EQ(names(choose(all, chain({"/left/compressed"}))), Names{"/left"});
 }
 
-TEST_F(BagTopics, AVideoIsRefusedInOneLine) {
+TEST_F(BagTopics, AVideoIsRejectedInOneLine) {
   auto all = topics({{"/imu0", "sensor_msgs/Imu"},
                      {"/left/ffmpeg", "ffmpeg_image_transport_msgs/FFMPEGPacket"},
                      {"/depth", kImage}});

@@ -1,7 +1,7 @@
 #include <cstddef>
 
-#include <chasles/recording/bags/bayer.hpp>
 #include <chasles/codec/image_kinds.hpp>
+#include <chasles/recording/bags/bayer.hpp>
 
 namespace chasles {
 namespace {

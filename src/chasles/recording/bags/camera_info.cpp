@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/bags/camera_info.hpp>
 #include <chasles/recording/lens.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

@@ -1,8 +1,8 @@
+#include <chasles/codec/bomb_testing.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/recording/bags/bag_calibration.hpp>
 #include <chasles/recording/bags/camera_info.hpp>
-#include <chasles/codec/bomb_testing.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
@@ -42,7 +42,7 @@ TEST(CameraInfo, RectifiedImagesHaveTheCameraOfP) {
   EXPECT_EQ(camera.cx, 3.25);
 }
 
-TEST(CameraInfo, OtherCamerasAreRefused) {
+TEST(CameraInfo, OtherCamerasAreRejected) {
   const auto error = [](const RosCameraInfo& one) {
     return input_error([&] { camera_of(one, false, "topic /info"); });
   };
@@ -177,7 +177,7 @@ TEST(CameraInfo, AChainIsTheShortest) {
   EXPECT_FALSE(find_chain(tree, "x", "imu"));
 }
 
-TEST(CameraInfo, TwoCamerasAtOnePlaceAreRefused) {
+TEST(CameraInfo, TwoCamerasAtOnePlaceAreRejected) {
   BagContents contents = rectified_pair("left", "left");
   contents.topics[2].info->P[3] = 0;
   contents.topics[2].info->R = contents.topics[0].info->R;

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/bags/decompress.hpp>
 #include <chasles/recording/bags/unpackers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {

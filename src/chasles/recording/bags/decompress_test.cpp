@@ -39,7 +39,7 @@ TEST(Decompress, WhatIsPackedComesBack) {
   EXPECT_EQ(decompress("abc", "none", 3, "chunk"), "abc");
 }
 
-TEST(Decompress, MoreThanStatedAndLessThanWholeAreRefused) {
+TEST(Decompress, MoreThanStatedAndLessThanWholeAreRejected) {
   const std::string text(3'000'000, 'x');
   for (const char* name : {"bz2", "lz4", "zstd"}) {
     const std::string bytes = packed(text, name);

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/file_bytes.hpp>
-#include <chasles/codec/read_budget.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/interruption.hpp>
+#include <chasles/codec/read_budget.hpp>
+#include <chasles/recording/bags/file_bytes.hpp>
 
 namespace chasles {
 

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/image_copies.hpp>
 #include <chasles/codec/text_file.hpp>
+#include <chasles/recording/bags/image_copies.hpp>
 
 namespace chasles {
 namespace {
@@ -85,7 +85,7 @@ std::optional<std::string> video_kind(const TopicContents& topic) {
                               : fmt::format("{} video ({})", topic.format, type);
 }
 
-std::string video_refusal(const TopicContents& topic) {
+std::string video_rejection(const TopicContents& topic) {
   const std::string& name = topic.topic.name;
   const std::string images = images_topic(name), transport = topic.topic.type.substr(0, 6);
   std::string how;

@@ -29,7 +29,7 @@ std::string packet_format(std::string_view type, const RosMessage& message);
 std::optional<std::string> video_kind(const TopicContents& topic);
 
 /// Why such a topic cannot be read, and how to convert it.
-std::string video_refusal(const TopicContents& topic);
+std::string video_rejection(const TopicContents& topic);
 
 /// Whether the format of a sensor_msgs/CompressedImage, "mono8; png compressed mono8", is one that
 /// is read: PNG, JPEG, PGM, BMP, TIFF or WebP.

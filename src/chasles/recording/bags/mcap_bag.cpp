@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/chunked_bag.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/recording/bags/chunked_bag.hpp>
 
 // The format: mcap.dev/spec. Only the data section is read, from its start: the summary at the end
 // has nothing that is not there, and files that were not closed have none.
@@ -79,7 +79,7 @@ class McapBag : public ChunkedBag {
     if (begin.size() < kMcapFrame || begin.find("chasles") > kMcapFrame + 8) return;
     McapFields fields(std::string_view(begin).substr(kMcapFrame), file_, at);
     fields.text();
-    refuse_own_run(fields.text());
+    reject_own_run(fields.text());
   }
 
   void scan(const Visit& visit, std::vector<std::string>& remarks) override {
@@ -202,7 +202,7 @@ class McapBag : public ChunkedBag {
     }
   }
 
-  void refuse_own_run(std::string_view library) const {
+  void reject_own_run(std::string_view library) const {
     if (!library.starts_with("chasles")) return;
     throw InputError(
         fmt::format("{}: is a run that `chasles export` wrote for a viewer (Foxglove, Rerun), "

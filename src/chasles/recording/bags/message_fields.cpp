@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/message_fields.hpp>
-#include <chasles/codec/bytes.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/codec/bytes.hpp>
+#include <chasles/recording/bags/message_fields.hpp>
 
 namespace chasles {
 

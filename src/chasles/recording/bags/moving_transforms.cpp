@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/recording/bags/moving_transforms.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/bags/moving_transforms.hpp>
 
 namespace chasles {
 

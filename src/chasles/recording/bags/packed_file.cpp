@@ -6,10 +6,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/bags/file_bytes.hpp>
 #include <chasles/recording/bags/packed_file.hpp>
 #include <chasles/recording/bags/unpackers.hpp>
-#include <chasles/base/error.hpp>
 
 namespace chasles {
 namespace {
@@ -32,10 +32,10 @@ class PackedFile {
     std::string out(kPackedPiece, '\0');
     std::unique_ptr<Unpacker> unpacker;  // of the stream that is read; none between two
     bool full = false;                   // more may come without further bytes
-    bool begun = false;                  // not at the first stream any more
+    bool started = false;                // not at the first stream any more
     while (full || !rest_.empty() || read_piece()) {
-      if (!unpacker && begun && skip_padding()) continue;
-      begun = true;
+      if (!unpacker && started && skip_padding()) continue;
+      started = true;
       if (!unpacker) unpacker = make_unpacker(compression_);
       const UnpackStep step = unpacker->step(rest_, out.data(), out.size());
       if (step.failure != nullptr) fail(step.failure);

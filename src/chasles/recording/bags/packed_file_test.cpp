@@ -60,7 +60,7 @@ class PackedBag : public ::testing::Test {
     ::unsetenv("TMPDIR");
     EXPECT_TRUE(fs::is_empty(temporary)) << "a temporary file was left";
   }
-  std::string refusal(const fs::path& path) {
+  std::string rejection(const fs::path& path) {
     return input_error([&] { read_recording(path); });
   }
   fs::path put(const std::string& name, const std::string& bytes) {
@@ -116,13 +116,13 @@ TEST_F(PackedBag, MayBePaddedWithZeros) {
     }
     for (const std::string& behind : {std::string("x"), bytes}) {
       const fs::path file = put("walk.bag" + ending, bytes + std::string(200'000, '\0') + behind);
-      expect_parts(refusal(file), {"walk.bag" + ending, "further bytes come after zeros"});
+      expect_parts(rejection(file), {"walk.bag" + ending, "further bytes come after zeros"});
     }
     fs::remove(folder / ("walk.bag" + ending));
   }
 }
 
-TEST_F(PackedBag, ThatIsTruncatedOrDamagedIsRefused) {
+TEST_F(PackedBag, ThatIsTruncatedOrDamagedIsRejected) {
   for (const std::string& ending : kPackings) {
     const std::string bytes = packed_whole(content("none.bag"), ending);
     for (std::size_t size = 12; size < bytes.size(); size += 1 + bytes.size() / 20) {
@@ -139,7 +139,7 @@ TEST_F(PackedBag, ThatIsTruncatedOrDamagedIsRefused) {
 }
 
 // Gigabytes of zeros in a few kilobytes.
-TEST_F(PackedBag, OfMoreThanTheBudgetIsRefused) {
+TEST_F(PackedBag, OfMoreThanTheBudgetIsRejected) {
   ::setenv("CHASLES_READ_MEMORY", "100K", 1);
   const std::string bag = content("none.bag") + std::string(20'000'000, '\0');
   const fs::path file = put("walk.bag.zst", packed_whole(bag, ".zst"));
@@ -151,13 +151,13 @@ TEST_F(PackedBag, OfMoreThanTheBudgetIsRefused) {
 TEST_F(PackedBag, NeedsAFolderForTemporaryFiles) {
   const fs::path file = put("walk.bag.gz", packed_whole(content("none.bag"), ".gz"));
   ::setenv("TMPDIR", "/proc/sys", 1);
-  expect_parts(refusal(file), {"walk.bag.gz", "temporary file", "/proc/sys", "set TMPDIR"});
+  expect_parts(rejection(file), {"walk.bag.gz", "temporary file", "/proc/sys", "set TMPDIR"});
 }
 
 TEST_F(PackedBag, WhatIsNoBagIsNamed) {
-  expect_parts(refusal(put("walk.zst", packed_whole("abc", ".zst"))),
+  expect_parts(rejection(put("walk.zst", packed_whole("abc", ".zst"))),
                {"walk.zst", "compressed as a whole (zstd)", "of no known kind"});
-  expect_parts(refusal(put("walk.gz", packed_whole("ULog\x01 of a flight", ".gz"))),
+  expect_parts(rejection(put("walk.gz", packed_whole("ULog\x01 of a flight", ".gz"))),
                {"walk.gz", "flight log of PX4"});
   const fs::path bag = put("walk.bag.gz", packed_whole("abc", ".gz"));
   expect_parts(input_error([&] { read_bag_recording(bag); }),
@@ -195,7 +195,7 @@ TEST_F(PackedBag, AFolderWithoutMetadataIsRead) {
   fs::remove(folder / "camchain-imucam.yaml");
   put("walk_0.mcap.zstd", packed_whole(content("none.mcap"), ".zstd"));
   EXPECT_TRUE(is_bag_folder(folder));
-  expect_parts(refusal(folder), {"neither camchain-imucam.yaml nor imu.yaml"});
+  expect_parts(rejection(folder), {"neither camchain-imucam.yaml nor imu.yaml"});
   test::write_kalibr(scratch);
   for (const fs::path& given : {folder, folder / "walk_0.mcap.zstd"}) {
     const Recording r = read_recording(given);
@@ -208,7 +208,7 @@ TEST_F(PackedBag, AFolderWithoutMetadataIsRead) {
   expect_parts(both.remarks.at(0), {"walk_0.mcap is there beside walk_0.mcap.zstd"});
   // A file of another name may lie anywhere, and what is above it is not its own.
   const fs::path other = put("other.bag", content("none.bag"));
-  expect_parts(refusal(other), {"neither camchain-imucam.yaml nor imu.yaml"});
+  expect_parts(rejection(other), {"neither camchain-imucam.yaml nor imu.yaml"});
 }
 
 }  // namespace

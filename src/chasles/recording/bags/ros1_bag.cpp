@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/recording/bags/chunked_bag.hpp>
 #include <chasles/recording/bags/decompress.hpp>
-#include <chasles/base/error.hpp>
 
 // The format: wiki.ros.org/Bags/Format/2.0. The index is not used: the chunks have all that it
 // leads to, and a bag that was not closed has none.
@@ -91,9 +91,9 @@ class Ros1Bag : public ChunkedBag {
   }
 
   void scan(const Visit& visit, std::vector<std::string>& remarks) override {
-    const bool begun = file_.holds(kRos1Magic.size(), 4) &&
-                       number_of<std::uint32_t>(file_.read(kRos1Magic.size(), 4)) > 0;
-    if (!begun) {
+    const bool started = file_.holds(kRos1Magic.size(), 4) &&
+                         number_of<std::uint32_t>(file_.read(kRos1Magic.size(), 4)) > 0;
+    if (!started) {
       throw InputError(file_.name() +
                        ": ends before its first message: `rosbag record` still runs, or was ended "
                        "by force before it wrote one");

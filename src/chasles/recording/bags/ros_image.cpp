@@ -5,12 +5,12 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/bayer.hpp>
-#include <chasles/recording/bags/ros_image.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/codec/bytes.hpp>
 #include <chasles/codec/image_kinds.hpp>
 #include <chasles/codec/image_range.hpp>
-#include <chasles/base/error.hpp>
+#include <chasles/recording/bags/bayer.hpp>
+#include <chasles/recording/bags/ros_image.hpp>
 
 namespace chasles {
 namespace {

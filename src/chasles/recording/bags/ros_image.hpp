@@ -4,8 +4,8 @@
 #include <string>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/codec/image_decode.hpp>
+#include <chasles/recording/bags/ros_messages.hpp>
 
 namespace chasles {
 

@@ -83,7 +83,7 @@ TEST(RosImage, OfSixteenBitsThoseInUseAreTaken) {
 }
 
 // A row of no bytes would lie in any data, as often as a height of 32 bits says.
-TEST(RosImage, WithoutPixelsIsRefusedAtOnce) {
+TEST(RosImage, WithoutPixelsIsRejectedAtOnce) {
   const std::string bytes = test::image_message(kStamp, test::picture(1), "mono16");
   RosImage image = ros_image({.bytes = bytes});
   image.width = 0;
@@ -136,7 +136,7 @@ TEST(RosImage, AMosaicOfOneColourIsOfThatGreyUpToTheEdges) {
   }
 }
 
-TEST(RosImage, WhatIsNoImageOfTheCameraIsRefused) {
+TEST(RosImage, WhatIsNoImageOfTheCameraIsRejected) {
   expect_parts(input_error([&] { grey(test::picture(1), "32FC1"); }),
                {"'32FC1'", "expected one of mono8", "bayer_rggb8"});
   expect_parts(input_error([&] { grey(test::picture(1, 9, 6), "mono8"); }),

@@ -1,7 +1,7 @@
+#include <chasles/codec/numbers.hpp>
 #include <chasles/recording/bags/decompress.hpp>
 #include <chasles/recording/bags/file_bytes.hpp>
 #include <chasles/recording/bags/ros_messages.hpp>
-#include <chasles/codec/numbers.hpp>
 
 namespace chasles {
 namespace {

@@ -4,9 +4,9 @@
 #include <string_view>
 #include <vector>
 
-#include <chasles/recording/bags/message_fields.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/se3.hpp>
+#include <chasles/recording/bags/message_fields.hpp>
 
 namespace chasles {
 

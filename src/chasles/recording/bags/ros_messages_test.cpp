@@ -48,7 +48,7 @@ TEST(RosMessage, CdrIsReadInBothOrdersOfBytes) {
                InputError);
 }
 
-TEST(RosMessage, EveryTruncationIsRefused) {
+TEST(RosMessage, EveryTruncationIsRejected) {
   const std::string imu = test::imu_message({.time = kStamp});
   const std::string image = test::image_message(kStamp, test::picture(40), "mono8");
   for (std::size_t size = 0; size < imu.size(); ++size) {
@@ -62,7 +62,7 @@ TEST(RosMessage, EveryTruncationIsRefused) {
 }
 
 // A count of four thousand million elements is not allocated.
-TEST(RosMessage, ACountBeyondTheMessageIsRefused) {
+TEST(RosMessage, ACountBeyondTheMessageIsRejected) {
   std::string transforms;
   test::put(transforms, std::uint32_t{0xffffffff});
   expect_parts(input_error([&] { ros_transforms({.bytes = transforms}); }),

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/codec/parse.hpp>
 #include <chasles/recording/bags/bag_topics.hpp>
 #include <chasles/recording/bags/sensor_times.hpp>
-#include <chasles/codec/parse.hpp>
 
 namespace chasles {
 namespace {
@@ -135,7 +135,7 @@ std::string taken_text(const std::vector<SensorClock>& clocks, const std::string
   return text + fmt::format("; {} of {} messages have no such time: left out", left_out, rows);
 }
 
-std::string refused_text(const std::vector<SensorClock>& clocks, const std::string& why) {
+std::string rejected_text(const std::vector<SensorClock>& clocks, const std::string& why) {
   return fmt::format(
       "header.stamp of {} is the time of arrival, which jitters: the times of the sensors on "
       ".../metadata are not taken, because {}; record with one clock (Global Time)",
@@ -236,7 +236,7 @@ void SensorTimes::apply(std::vector<TopicContents>& topics, std::vector<std::str
     clocks.push_back(std::move(clock));
   }
   if (!why.empty()) {
-    remarks.push_back(refused_text(clocks, why));
+    remarks.push_back(rejected_text(clocks, why));
     return;
   }
   for (SensorClock& clock : clocks) {

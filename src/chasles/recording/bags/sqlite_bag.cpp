@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
-#include <chasles/recording/bags/bag_file.hpp>
-#include <chasles/recording/bags/file_bytes.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/interruption.hpp>
+#include <chasles/recording/bags/bag_file.hpp>
+#include <chasles/recording/bags/file_bytes.hpp>
 
 // A database of rosbag2_storage_sqlite3: tables `topics` (id, name, type, serialization_format) and
 // `messages` (topic_id, timestamp, data).

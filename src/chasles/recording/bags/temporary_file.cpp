@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/temporary_file.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/recording/bags/temporary_file.hpp>
 
 namespace chasles {
 namespace {

@@ -1,8 +1,8 @@
 #include <memory>
 #include <span>
 
-#include <chasles/filter/dense.hpp>
 #include <chasles/base/processor_time.hpp>
+#include <chasles/filter/dense.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
@@ -47,21 +47,21 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   validate(settings);
   InertialBatchResult result;
   BatchReport& report = result.report;
-  const double begun = processor_seconds();
+  const double started = processor_seconds();
   BatchGraph graph = batch_graph(input, settings, report);
   const auto problem = at_minimum(
       graph, settings, report,
       [&](double least_depth) {
         return std::make_unique<BatchProblem>(input, chart, settings, graph, least_depth);
       },
-      [&](const std::vector<double>& deviations) {
-        return cull(input, deviations, settings, graph, report);
+      [&](const std::vector<double>& whitened_norms) {
+        return cull(input, whitened_norms, settings, graph, report);
       },
       stop);
   const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
-  judge(*problem, dof, settings, report);
+  assess(*problem, dof, settings, report);
   const double solved = processor_seconds();
-  report.seconds_solve = solved - begun;
+  report.seconds_solve = solved - started;
   add_estimates(*problem, input, graph, result, stop);
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <chasles/estimate/estimate.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_buffer.hpp>
-#include <chasles/estimate/estimate.hpp>
 #include <chasles/initialise/inertial_start.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 

@@ -64,7 +64,7 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
   const NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower, stop);
-  judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
+  assess_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];
     Estimate& e = result.estimates.emplace_back();

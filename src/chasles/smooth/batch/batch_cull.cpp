@@ -40,11 +40,11 @@ bool stands(const InertialBatchInput& input, const BatchSettings& settings, cons
 
 }  // namespace
 
-int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
+int cull(const InertialBatchInput& input, const std::vector<double>& whitened_norms,
          const BatchSettings& settings, BatchGraph& graph, BatchReport& report) {
   for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
   return keep_what_agrees(
-      graph.points, deviations, settings.gate_sigmas(), settings.max_rejections, report,
+      graph.points, whitened_norms, settings.gate_sigmas(), settings.max_rejections, report,
       [&](const BatchPoint& whole, bool split, BatchPoint& part) {
         return stands(input, settings, graph, whole, split, part);
       },

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <utility>
 
+#include <chasles/base/error.hpp>
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
-#include <chasles/base/error.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
@@ -75,7 +75,7 @@ double sigma_of(const InertialBatchInput& input, const PointView& view, int& mat
   return std::sqrt(noise.sigma * noise.sigma + noise.match_variance(++matches));
 }
 
-void refuse_gap(Time last, Time next) {
+void reject_gap(Time last, Time next) {
   throw InputError(
       "the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
       std::to_string(next.count()) + " ns: the motion in " +
@@ -89,9 +89,9 @@ void check_gaps(const InertialBatchInput& input, Time from, Time to) {
   SampleGaps gaps(input.imu.range(), from);
   for (const ImuSample& sample : input.samples) {
     if (sample.time >= to) break;
-    if (const auto gap = gaps.add(sample)) refuse_gap(gap->last, gap->next);
+    if (const auto gap = gaps.add(sample)) reject_gap(gap->last, gap->next);
   }
-  if (to - *gaps.last() > kLongestGap) refuse_gap(*gaps.last(), to);
+  if (to - *gaps.last() > kLongestGap) reject_gap(*gaps.last(), to);
 }
 
 void add_start(const InertialBatchInput& input, BatchGraph& graph) {

@@ -12,14 +12,14 @@ using test::motion_error;
 using test::small_scene;
 using test::SmallScene;
 
-std::string refusal(const InertialBatchInput& input, const BatchSettings& settings = {},
-                    const std::string& chart = "standard") {
+std::string rejection(const InertialBatchInput& input, const BatchSettings& settings = {},
+                      const std::string& chart = "standard") {
   try {
     smooth(input, chart, settings);
   } catch (const Error& e) {
     return e.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
 // Pixels that agree with no landmark: an error, and no crash.
@@ -33,7 +33,7 @@ TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
   }
   BatchSettings settings;
   settings.gate = 0.01;
-  EXPECT_NE(refusal(scene.input, settings).find("batch.gate"), std::string::npos);
+  EXPECT_NE(rejection(scene.input, settings).find("batch.gate"), std::string::npos);
 }
 
 TEST(BatchBadInput, IsRecoveredAndCounted) {
@@ -56,29 +56,29 @@ TEST(BatchBadInput, IsRecoveredAndCounted) {
             0.1);
 }
 
-TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
+TEST(BatchBadInput, NothingToEstimateFromIsRejected) {
   const SmallScene scene = small_scene();
   InertialBatchInput input = scene.input;
   input.frames.clear();
-  EXPECT_NE(refusal(input).find("two frames"), std::string::npos);
+  EXPECT_NE(rejection(input).find("two frames"), std::string::npos);
   input = scene.input;
   for (FeatureFrame& frame : input.frames) frame.pixels.clear();
-  EXPECT_NE(refusal(input).find("landmarks that are observed twice"), std::string::npos);
+  EXPECT_NE(rejection(input).find("landmarks that are observed twice"), std::string::npos);
   input = scene.input;
   input.samples.clear();
-  EXPECT_NE(refusal(input).find("IMU samples"), std::string::npos);
+  EXPECT_NE(rejection(input).find("IMU samples"), std::string::npos);
   input = scene.input;
   input.cameras.clear();
-  EXPECT_NE(refusal(input).find("camera"), std::string::npos);
+  EXPECT_NE(rejection(input).find("camera"), std::string::npos);
   input = scene.input;
   input.noise = {};
-  EXPECT_NE(refusal(input).find("noise"), std::string::npos);
+  EXPECT_NE(rejection(input).find("noise"), std::string::npos);
   input = scene.input;
   input.pixel_sigma = 0;
-  EXPECT_NE(refusal(input).find("pixel_sigma"), std::string::npos);
+  EXPECT_NE(rejection(input).find("pixel_sigma"), std::string::npos);
   input = scene.input;
   input.start_covariance(7, 7) = -1;
-  EXPECT_NE(refusal(input).find("covariance"), std::string::npos);
+  EXPECT_NE(rejection(input).find("covariance"), std::string::npos);
 }
 
 // No parallax, and no landmark that could be initialised.
@@ -86,7 +86,7 @@ TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
   const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
   BatchSettings settings;
   settings.landmarks = LandmarkForm::kCartesian;
-  EXPECT_NE(refusal(scene.input, settings).find("parallax"), std::string::npos);
+  EXPECT_NE(rejection(scene.input, settings).find("parallax"), std::string::npos);
 }
 
 TEST(BatchBadInput, AGapOfTheImuIsNamed) {
@@ -95,23 +95,23 @@ TEST(BatchBadInput, AGapOfTheImuIsNamed) {
   std::erase_if(scene.input.samples, [&](const ImuSample& s) {
     return s.time > from && s.time < from + std::chrono::milliseconds(700);
   });
-  EXPECT_NE(refusal(scene.input).find("no sample between"), std::string::npos);
+  EXPECT_NE(rejection(scene.input).find("no sample between"), std::string::npos);
 }
 
-TEST(BatchBadInput, UnknownNamesAreRefused) {
+TEST(BatchBadInput, UnknownNamesAreRejected) {
   const SmallScene scene = small_scene();
-  EXPECT_NE(refusal(scene.input, {}, "polar").find("polar"), std::string::npos);
-  const auto refused = [&](const char* name, const BatchSettings& wrong) {
-    const std::string text = refusal(scene.input, wrong);
+  EXPECT_NE(rejection(scene.input, {}, "polar").find("polar"), std::string::npos);
+  const auto rejected = [&](const char* name, const BatchSettings& wrong) {
+    const std::string text = rejection(scene.input, wrong);
     EXPECT_EQ(text.find(name), 0U) << text;
   };
-  refused("batch.landmarks: found the value 7", {.landmarks = LandmarkForm{7}});
-  refused("batch.loss: found the value 7", {.loss = BatchLoss{7}});
-  refused("batch.solver: found the value 7", {.solver = BatchSolver{7}});
-  refused("batch.chart: found 'other'", {.chart = "other"});
+  rejected("batch.landmarks: found the value 7", {.landmarks = LandmarkForm{7}});
+  rejected("batch.loss: found the value 7", {.loss = BatchLoss{7}});
+  rejected("batch.solver: found the value 7", {.solver = BatchSolver{7}});
+  rejected("batch.chart: found 'other'", {.chart = "other"});
   BatchSettings settings;
   settings.frames_per_keyframe = 0;
-  EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
+  EXPECT_NE(rejection(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
 }
 
 // One camera straight on at a constant speed: the speed is unobservable.
@@ -120,7 +120,7 @@ TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
   scene.input.start_covariance.diagonal().segment<3>(6).setConstant(4);
   scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.16);
   scene.input.initial = scene.truth;
-  const std::string text = refusal(scene.input);
+  const std::string text = rejection(scene.input);
   EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
   EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
   // With the start's own information, the problem has an answer.
@@ -132,7 +132,7 @@ TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
 TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
   SmallScene scene = small_scene({.frames = 100, .speed = 0, .turning = 0});
   scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.04);
-  const std::string text = refusal(scene.input);
+  const std::string text = rejection(scene.input);
   EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
   EXPECT_NE(text.find("velocity"), std::string::npos) << text;
 }

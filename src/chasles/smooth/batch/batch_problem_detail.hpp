@@ -21,7 +21,7 @@ class BatchProblem final : public ProblemBlocks {
 /// parts_that_agree(). An anchored landmark that loses its first view moves its anchor to the next
 /// one. Landmarks with a single view are removed, and parts of a split landmark without parallax.
 /// Counts into the report; returns the number of removed views.
-int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
+int cull(const InertialBatchInput& input, const std::vector<double>& whitened_norms,
          const BatchSettings& settings, BatchGraph& graph, BatchReport& report);
 
 }  // namespace chasles::smooth_detail

@@ -1,8 +1,8 @@
 #include <vector>
 
+#include <chasles/base/validate.hpp>
 #include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 

@@ -4,12 +4,12 @@
 namespace chasles::test {
 namespace {
 
-TEST(BatchSettings, EachIsDescribedAndJudged) {
+TEST(BatchSettings, EachIsDescribedAndAssessed) {
   expect_each_field_is_described<BatchSettings>();
-  expect_each_field_is_judged<BatchSettings>("batch.");
+  expect_each_field_is_assessed<BatchSettings>("batch.");
 }
 
-TEST(BatchSettings, WhatIsAllowedIsToldInWords) {
+TEST(BatchSettings, WhatIsAllowedIsReportedInWords) {
   EXPECT_EQ(complaint_about(BatchSettings{.chart = "polar"}),
             "batch.chart: found 'polar', expected one of filter, standard, left-se3, right-se3, "
             "right-sen3");

@@ -46,8 +46,8 @@ class WithoutOpenMp {
 constexpr std::size_t kFewKeyframes = 30;
 
 // The loss of a residual in standard deviations.
-double loss_at(const ceres::LossFunction* loss, double deviation) {
-  const double square = deviation * deviation;
+double loss_at(const ceres::LossFunction* loss, double whitened_norm) {
+  const double square = whitened_norm * whitened_norm;
   if (loss == nullptr) return square;
   std::array<double, 3> rho{};
   loss->Evaluate(square, rho.data());
@@ -169,21 +169,21 @@ void check_determined(const NormalEquations& equations, const ProblemBlocks& pro
           "expected an initial guess nearer to the truth (batch.gate above 0 rejects such pixels)");
 }
 
-void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
-           BatchReport& report) {
-  const std::vector<double> deviations = problem.deviations();
+void assess(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
+            BatchReport& report) {
+  const std::vector<double> whitened_norms = problem.whitened_norms();
   report.loss_width = loss_width_of(settings);
-  report.outliers =
-      static_cast<int>(std::ranges::count_if(deviations, [](double d) { return d > kLossWidth; }));
+  report.outliers = static_cast<int>(
+      std::ranges::count_if(whitened_norms, [](double d) { return d > kLossWidth; }));
   // With the usual width: with a narrow one the cost of anything is small.
   const std::unique_ptr<ceres::LossFunction> used(loss_of(settings));
   const std::unique_ptr<ceres::LossFunction> usual(loss_of(settings, kLossWidth));
   double squares = 2 * report.final_cost;
-  for (const double d : deviations) squares += loss_at(usual.get(), d) - loss_at(used.get(), d);
+  for (const double d : whitened_norms) squares += loss_at(usual.get(), d) - loss_at(used.get(), d);
   report.cost_per_dof = squares / std::max(dof, 1);
 }
 
-void judge_end(double squared_distance, BatchReport& report) {
+void assess_end(double squared_distance, BatchReport& report) {
   // A cost of zero, for data without noise, cannot be lowered.
   report.decrease_left = report.final_cost > 0 ? squared_distance / (2 * report.final_cost) : 0;
   report.converged = report.converged || report.decrease_left < kAtMinimum;

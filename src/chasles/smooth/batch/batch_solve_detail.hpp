@@ -71,7 +71,7 @@ auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report
   problem = make(kLeastDepth);
   if (settings.gate_sigmas() > 0) {
     run(std::max(kRough, settings.tolerance));
-    if (report.converged && cull(problem->deviations()) > 0) {
+    if (report.converged && cull(problem->whitened_norms()) > 0) {
       check_left(graph.points.size(), report);
       problem = make(kLeastDepth);
     }
@@ -82,11 +82,11 @@ auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report
 
 /// Reports the fit at the minimum. `dof`: rows of the observations minus parameters of the
 /// landmarks. Links have as many rows as a keyframe has components; so has the start.
-void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
-           BatchReport& report);
+void assess(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
+            BatchReport& report);
 
 /// Reports the end of the search: its distance from a minimum, g^T H^-1 g of gradient and normal
 /// matrix, and whether it stalled.
-void judge_end(double squared_distance, BatchReport& report);
+void assess_end(double squared_distance, BatchReport& report);
 
 }  // namespace chasles::smooth_detail

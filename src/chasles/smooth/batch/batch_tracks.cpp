@@ -45,13 +45,13 @@ class Collector {
     const int now = result_.keyframes.last();
     for (const PixelObservation& o : usable(frame, input_.cameras, report_.unusable)) {
       std::vector<PointView>& views = tracks_[o.landmark];
-      if (!settings_.loops && !views.empty() && views.back().keyframe < last_look_) {
+      if (!settings_.loops && !views.empty() && views.back().keyframe < last_observed_) {
         finish(o.landmark, views);
         views.clear();
       }
       views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
     }
-    if (!frame.pixels.empty()) last_look_ = now;
+    if (!frame.pixels.empty()) last_observed_ = now;
   }
 
   void finish(LandmarkId id, std::vector<PointView>& views) {
@@ -69,7 +69,7 @@ class Collector {
   Tracked result_;
   KeyframeChoice choice_;
   ByLandmark tracks_;
-  int last_look_ = -1;  // keyframe of the last frame with observations
+  int last_observed_ = -1;  // keyframe of the last frame with observations
 };
 
 }  // namespace

@@ -26,7 +26,9 @@ std::vector<std::string> directions(const Matrix15d& data) {
   return unobservable_directions((prior().inverse() + data).inverse(), prior());
 }
 
-TEST(Observability, WhatTheDataTellIsNotNamed) { EXPECT_TRUE(directions(informative()).empty()); }
+TEST(Observability, WhatTheDataDetermineIsNotNamed) {
+  EXPECT_TRUE(directions(informative()).empty());
+}
 
 TEST(Observability, ADirectionWithoutInformationIsNamedThoughThePriorKnowsIt) {
   Matrix15d data = informative();
@@ -46,7 +48,7 @@ TEST(Observability, ACombinationIsNamedByItsParts) {
   EXPECT_EQ(directions(data).front(), "roll with accelerometer bias y");
 }
 
-TEST(Observability, NoDataTellNothing) { EXPECT_EQ(directions(Matrix15d::Zero()).size(), 11u); }
+TEST(Observability, NoDataShowNothing) { EXPECT_EQ(directions(Matrix15d::Zero()).size(), 11u); }
 
 }  // namespace
 }  // namespace chasles

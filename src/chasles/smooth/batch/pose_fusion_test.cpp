@@ -79,7 +79,7 @@ TEST(PoseFusion, LeavesWhatAgreesAsItIs) {
 }
 
 // A truth at every sample against one at every tenth.
-TEST(PoseFusion, TellsTheMotionBetweenPoses) {
+TEST(PoseFusion, ShowsTheMotionBetweenPoses) {
   const SmallScene dense = small_scene({.frames = 401, .seconds_a_frame = 0.01, .landmarks = 0});
   const Trajectory all = truth_of(dense);
   Trajectory poses;
@@ -100,7 +100,7 @@ TEST(PoseFusion, APoseThatIsFarOffHardlyCounts) {
   EXPECT_LT(errors(fused.world_T_imu, truth).position, kPosition);
 }
 
-TEST(PoseFusion, RefusesWhatIsShortOrHasGaps) {
+TEST(PoseFusion, RejectsWhatIsShortOrHasGaps) {
   const SmallScene scene = flight();
   const Trajectory truth = truth_of(scene);
   const auto fuse = [&](const Trajectory& poses, const std::vector<ImuSample>& samples) {

@@ -49,7 +49,7 @@ void ProblemBlocks::add_view(ceres::CostFunction* cost, ceres::LossFunction* los
   views_.push_back(problem_->AddResidualBlock(cost, loss, of));
 }
 
-std::vector<double> ProblemBlocks::deviations() const {
+std::vector<double> ProblemBlocks::whitened_norms() const {
   std::vector<double> all;
   all.reserve(views_.size());
   for (const ceres::ResidualBlockId id : views_) {

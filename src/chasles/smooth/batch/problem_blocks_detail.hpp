@@ -52,7 +52,7 @@ class ProblemBlocks {
 
   /// For every view, in the order of points and their views: the length of its whitened residual at
   /// the present values.
-  std::vector<double> deviations() const;
+  std::vector<double> whitened_norms() const;
 
  protected:
   /// Declares all blocks, with poses the identity and all other values zero.

@@ -63,7 +63,7 @@ TEST(SelectedInverse, GivesBlocks) {
                           Eigen::MatrixXd(H.inverse().block(3, 3, 6, 6)), 1e-10));
 }
 
-TEST(SelectedInverse, RefusesWhatHasNone) {
+TEST(SelectedInverse, RejectsWhatHasNone) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Identity(3, 3);
   H(1, 1) = 0;
   EXPECT_THROW(SelectedInverse{lower(H)}, Error);

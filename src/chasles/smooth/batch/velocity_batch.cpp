@@ -1,7 +1,7 @@
 #include <memory>
 
-#include <chasles/filter/dense.hpp>
 #include <chasles/base/processor_time.hpp>
+#include <chasles/filter/dense.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
 #include <chasles/smooth/batch/velocity_problem_detail.hpp>
@@ -30,20 +30,20 @@ VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings&
   dense::prepare();
   VelocityBatchResult result;
   BatchReport& report = result.report;
-  const double begun = processor_seconds();
+  const double started = processor_seconds();
   VelocityGraph graph = velocity_graph(input, settings, report);
   const auto problem = at_minimum(
       graph, settings, report,
       [&](double least_depth) {
         return std::make_unique<VelocityProblem>(input, settings, graph, least_depth);
       },
-      [&](const std::vector<double>& deviations) {
-        return cull(input, deviations, settings.gate_sigmas(), graph, report);
+      [&](const std::vector<double>& whitened_norms) {
+        return cull(input, whitened_norms, settings.gate_sigmas(), graph, report);
       },
       stop);
-  judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);
+  assess(*problem, problem->rows() - 3 * report.landmarks, settings, report);
   const double solved = processor_seconds();
-  report.seconds_solve = solved - begun;
+  report.seconds_solve = solved - started;
   add_estimates(*problem, input, graph, result, stop);
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);

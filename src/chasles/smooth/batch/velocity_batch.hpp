@@ -4,8 +4,8 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/velocity/velocity_slam.hpp>
 #include <chasles/smooth/batch/batch.hpp>
+#include <chasles/velocity/velocity_slam.hpp>
 
 namespace chasles {
 

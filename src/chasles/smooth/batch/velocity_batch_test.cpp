@@ -22,13 +22,13 @@ BatchSettings exact_velocity_batch(LandmarkForm landmarks = LandmarkForm::kCarte
   return test::exact_settings(landmarks);
 }
 
-std::string refusal(const VelocityBatchInput& input, const BatchSettings& settings = {}) {
+std::string rejection(const VelocityBatchInput& input, const BatchSettings& settings = {}) {
   try {
     smooth(input, settings);
   } catch (const Error& e) {
     return e.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
 // Every kind of motion and of rows once.
@@ -215,7 +215,7 @@ TEST(VelocityBatchGate, WhereNothingAgreesThereIsNoAnswer) {
   DriveScene s = drive_scene();
   BatchSettings settings;
   settings.gate = 1e-6;
-  EXPECT_NE(refusal(s.input, settings).find("batch.gate"), std::string::npos);
+  EXPECT_NE(rejection(s.input, settings).find("batch.gate"), std::string::npos);
 }
 
 TEST(VelocityBatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
@@ -274,38 +274,38 @@ TEST(VelocityBatchBadInput, IsRecoveredAndCounted) {
   EXPECT_LT(drive_error(s.truth.back(), result.estimates.back()).segment<3>(3).norm(), 0.2);
 }
 
-TEST(VelocityBatchBadInput, NothingToEstimateFromIsRefused) {
+TEST(VelocityBatchBadInput, NothingToEstimateFromIsRejected) {
   const DriveScene s = drive_scene();
-  const auto refused = [&](const char* words, const auto& spoil) {
+  const auto rejected = [&](const char* words, const auto& spoil) {
     VelocityBatchInput input = s.input;
     spoil(input);
-    const std::string text = refusal(input);
+    const std::string text = rejection(input);
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  refused("two frames", [](VelocityBatchInput& in) { in.frames.clear(); });
-  refused("landmarks that are observed twice", [](VelocityBatchInput& in) {
+  rejected("two frames", [](VelocityBatchInput& in) { in.frames.clear(); });
+  rejected("landmarks that are observed twice", [](VelocityBatchInput& in) {
     for (FeatureFrame& frame : in.frames) frame.observations.clear();
   });
-  refused("needs velocities", [](VelocityBatchInput& in) { in.velocities.clear(); });
-  refused("not finite",
-          [](VelocityBatchInput& in) { in.velocities[2].linear_imu.x() = std::nan(""); });
-  refused("time runs backwards",
-          [](VelocityBatchInput& in) { std::swap(in.frames[2], in.frames[5]); });
-  refused("pixel_sigma", [](VelocityBatchInput& in) { in.noise.update.v = 0; });
-  refused("velocity_sigma", [](VelocityBatchInput& in) { in.noise.motion.sample_sigma[4] = 0; });
-  refused("velocity_walk", [](VelocityBatchInput& in) { in.noise.motion.walk[4] = 0; });
-  refused("--mode slam", [](VelocityBatchInput& in) { in.settings.mode = SlamMode::kMap; });
-  refused("initial_landmark_sigma",
-          [](VelocityBatchInput& in) { in.settings.initial_landmark_sigma = 0.1; });
-  refused("polar", [](VelocityBatchInput& in) { in.settings.chart = "polar"; });
+  rejected("needs velocities", [](VelocityBatchInput& in) { in.velocities.clear(); });
+  rejected("not finite",
+           [](VelocityBatchInput& in) { in.velocities[2].linear_imu.x() = std::nan(""); });
+  rejected("time runs backwards",
+           [](VelocityBatchInput& in) { std::swap(in.frames[2], in.frames[5]); });
+  rejected("pixel_sigma", [](VelocityBatchInput& in) { in.noise.update.v = 0; });
+  rejected("velocity_sigma", [](VelocityBatchInput& in) { in.noise.motion.sample_sigma[4] = 0; });
+  rejected("velocity_walk", [](VelocityBatchInput& in) { in.noise.motion.walk[4] = 0; });
+  rejected("--mode slam", [](VelocityBatchInput& in) { in.settings.mode = SlamMode::kMap; });
+  rejected("initial_landmark_sigma",
+           [](VelocityBatchInput& in) { in.settings.initial_landmark_sigma = 0.1; });
+  rejected("polar", [](VelocityBatchInput& in) { in.settings.chart = "polar"; });
 }
 
-TEST(VelocityBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
+TEST(VelocityBatchBadInput, SettingsThatCannotBeUsedAreRejected) {
   DriveScene s = drive_scene();
-  EXPECT_EQ(refusal(s.input, {.solver = BatchSolver{7}}).find("batch.solver: found"), 0U);
-  EXPECT_EQ(refusal(s.input, {.chart = "other"}).find("batch.chart: found 'other'"), 0U);
+  EXPECT_EQ(rejection(s.input, {.solver = BatchSolver{7}}).find("batch.solver: found"), 0U);
+  EXPECT_EQ(rejection(s.input, {.chart = "other"}).find("batch.chart: found 'other'"), 0U);
   s.input.settings.stereo_rows = StereoRows{7};
-  EXPECT_EQ(refusal(s.input, {}).find("stereo_rows: found"), 0U);
+  EXPECT_EQ(rejection(s.input, {}).find("stereo_rows: found"), 0U);
 }
 
 // Velocities without information, and pixels too coarse to determine the motion.
@@ -316,8 +316,8 @@ TEST(VelocityBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
   const BatchReport measured = smooth(s.input, {}).report;
   EXPECT_EQ(measured.loss_width, 0.5);
   EXPECT_EQ(smooth(s.input, {.loss_width = 1.5}).report.loss_width, 1.5);
-  // The fit is judged with the usual width.
-  s.input.noise.begin = s.input.noise.update = {.u = 0.05, .v = 0.05, .disparity = 0.05};
+  // The fit is assessed with the usual width.
+  s.input.noise.initialisation = s.input.noise.update = {.u = 0.05, .v = 0.05, .disparity = 0.05};
   EXPECT_GT(smooth(s.input, {.gate = 0}).report.cost_per_dof, 2);
   EXPECT_LT(measured.cost_per_dof, 1.3);
 }
@@ -326,11 +326,11 @@ TEST(VelocityBatchIllPosed, IsNamedNotAnswered) {
   DriveScene s = drive_scene({.noise = 0});
   s.input.noise.motion.sample_sigma.setConstant(1e4);
   s.input.noise.motion.walk.setConstant(1e4);
-  s.input.noise.begin = s.input.noise.update = {.u = 1e4, .v = 1e4, .disparity = 1e4};
-  EXPECT_NE(refusal(s.input).find("ill-posed"), std::string::npos);
+  s.input.noise.initialisation = s.input.noise.update = {.u = 1e4, .v = 1e4, .disparity = 1e4};
+  EXPECT_NE(rejection(s.input).find("ill-posed"), std::string::npos);
 }
 
-TEST(VelocityBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
+TEST(VelocityBatchIllPosed, NamesALandmarkThatNoPixelObserves) {
   const DriveScene s = drive_scene();
   const BatchSettings settings = exact_velocity_batch();
   VelocityBatchResult result;
@@ -341,7 +341,7 @@ TEST(VelocityBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
   smooth_detail::VelocityProblem problem(s.input, settings, graph, smooth_detail::kLeastDepth);
   try {
     add_estimates(problem, s.input, graph, result);
-    FAIL() << "nothing was refused";
+    FAIL() << "nothing was rejected";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::kDiverged);
     EXPECT_NE(std::string(e.what()).find("no pixel of landmark 103 constrains its position (the "

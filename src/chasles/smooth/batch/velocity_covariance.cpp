@@ -54,7 +54,7 @@ void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
   const NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower, stop);
-  judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
+  assess_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   const auto& keyframes = graph.timeline.keyframes;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     if (!keyframes[k].framed) continue;

@@ -29,7 +29,8 @@ HomogeneousPoint place_of(const VelocityBatchInput& input, const VelocityGraph& 
 // Whether the part is still a landmark; moves its anchor to its own first view with a disparity.
 bool stands(const VelocityBatchInput& input, const VelocityGraph& graph, const VelocityPoint& whole,
             VelocityPoint& part) {
-  if (!begin_with_disparity(input.rig, input.settings, part) || part.views.size() < 2) return false;
+  if (!initialise_with_disparity(input.rig, input.settings, part) || part.views.size() < 2)
+    return false;
   const bool moved = part.views.front().keyframe != whole.views.front().keyframe;
   return !moved || !graph.anchored ||
          hang_on(input.rig, graph.timeline.keyframes, place_of(input, graph, whole), part);
@@ -37,14 +38,14 @@ bool stands(const VelocityBatchInput& input, const VelocityGraph& graph, const V
 
 }  // namespace
 
-int cull(const VelocityBatchInput& input, const std::vector<double>& deviations, double gate,
+int cull(const VelocityBatchInput& input, const std::vector<double>& whitened_norms, double gate,
          VelocityGraph& graph, BatchReport& report) {
   for (VelocityKeyframe& keyframe : graph.timeline.keyframes) keyframe.used = 0;
   // As the stereo-velocity filter, which keeps a landmark that it rejects: on 15 recordings,
   // splitting changed nothing.
-  constexpr int kNeverParted = 0;
+  constexpr int kNeverSplit = 0;
   return keep_what_agrees(
-      graph.points, deviations, gate, kNeverParted, report,
+      graph.points, whitened_norms, gate, kNeverSplit, report,
       [&](const VelocityPoint& whole, bool, VelocityPoint& part) {
         return stands(input, graph, whole, part);
       },

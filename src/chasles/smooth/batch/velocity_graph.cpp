@@ -4,10 +4,10 @@
 #include <tuple>
 
 #include <chasles/base/error.hpp>
-#include <chasles/velocity/velocity_model.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/initial_error_detail.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -62,7 +62,7 @@ class VelocityCollector {
   }
 
   void finish(VelocityPoint& point) {
-    if (begin_with_disparity(input_.rig, input_.settings, point) && point.views.size() >= 2) {
+    if (initialise_with_disparity(input_.rig, input_.settings, point) && point.views.size() >= 2) {
       graph_.points.push_back(std::move(point));
     } else {
       ++report_.landmarks_left_out;
@@ -126,7 +126,7 @@ void count(VelocityGraph& graph, BatchReport& report) {
 }  // namespace
 
 void check_noise(const VelocityBatchInput& input) {
-  for (const StereoNoise* noise : {&input.noise.begin, &input.noise.update}) {
+  for (const StereoNoise* noise : {&input.noise.initialisation, &input.noise.update}) {
     for (const double sigma : {noise->u, noise->v, noise->disparity}) {
       if (sigma > 0 && std::isfinite(sigma)) continue;
       throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
@@ -153,8 +153,8 @@ std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable) 
   return good;
 }
 
-bool begin_with_disparity(const StereoRig& rig, const VelocitySlamSettings& settings,
-                          VelocityPoint& point) {
+bool initialise_with_disparity(const StereoRig& rig, const VelocitySlamSettings& settings,
+                               VelocityPoint& point) {
   const auto first = std::ranges::find_if(point.views, [&](const StereoView& view) {
     return view.pixels[0] - view.pixels[2] >= settings.min_disparity &&
            triangulate(rig, view.pixels);

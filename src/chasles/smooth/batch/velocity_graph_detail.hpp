@@ -72,8 +72,8 @@ std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable);
 
 /// Drops the views before the first one with a disparity of at least
 /// VelocitySlamSettings::min_disparity; false: there is none.
-bool begin_with_disparity(const StereoRig& rig, const VelocitySlamSettings& settings,
-                          VelocityPoint& point);
+bool initialise_with_disparity(const StereoRig& rig, const VelocitySlamSettings& settings,
+                               VelocityPoint& point);
 
 /// Sets the parameters from the first view; the state of its keyframe must be there.
 void place(const StereoRig& rig, bool anchored, const Numbered<VelocityKeyframe>& keyframes,
@@ -92,7 +92,7 @@ VelocityGraph velocity_graph(const VelocityBatchInput& input, const BatchSetting
 
 /// Removes the views with residuals above `gate` standard deviations, and landmarks with fewer than
 /// two views left. Counts into the report; returns the number of removed views.
-int cull(const VelocityBatchInput& input, const std::vector<double>& deviations, double gate,
+int cull(const VelocityBatchInput& input, const std::vector<double>& whitened_norms, double gate,
          VelocityGraph& graph, BatchReport& report);
 
 /// Sets batch.loss_width for this noise where it is auto. Measured pixel noise includes errors that

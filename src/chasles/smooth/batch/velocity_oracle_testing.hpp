@@ -125,9 +125,9 @@ class VelocityOracle {
     }
   }
 
-  void add_look(const StereoObservation& o, const Eigen::Vector4d& predicted, bool first,
-                std::vector<double>& all) const {
-    const StereoNoise& sigma = first ? in_.noise.begin : in_.noise.update;
+  void add_observation(const StereoObservation& o, const Eigen::Vector4d& predicted, bool first,
+                       std::vector<double>& all) const {
+    const StereoNoise& sigma = first ? in_.noise.initialisation : in_.noise.update;
     const Eigen::Vector4d d = o.pixels - predicted;
     if (!first && in_.settings.stereo_rows == StereoRows::kAll) {
       for (int i = 0; i < 4; ++i) all.push_back(d[i] / sigma.u);
@@ -161,7 +161,7 @@ class VelocityOracle {
         for (const StereoObservation& o : in_.frames[k].observations) {
           if (o.landmark != id) continue;
           const SE3 cam0_T_world = in_.rig.cam0_T_imu * states[k].world_T_imu.inverse();
-          add_look(o, project(in_.rig, cam0_T_world * moved_p)->pixels, first, all);
+          add_observation(o, project(in_.rig, cam0_T_world * moved_p)->pixels, first, all);
           first = false;
         }
       }

@@ -47,7 +47,7 @@ void VelocityProblem::add_views(const VelocityBatchInput& input, const BatchSett
     for (const StereoView& view : graph.points[i].views) {
       const bool first = &view == &graph.points[i].views.front();
       const StereoRows rows = view_rows(input.settings, first);
-      const StereoNoise& noise = first ? input.noise.begin : input.noise.update;
+      const StereoNoise& noise = first ? input.noise.initialisation : input.noise.update;
       if (rows == StereoRows::kMean) {
         add_view_of(stereo_term<2>(input.rig, rows, noise, view.pixels), loss, graph, i, view);
       } else if (rows == StereoRows::kMeanDisparity) {

@@ -6,8 +6,8 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/filter/simulated_drive_testing.hpp>
-#include <chasles/velocity/velocity_model.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 
 // A short simulated run past a few points, whose motion is drawn from the estimator's own model,
 // for tests.
@@ -46,7 +46,7 @@ inline VelocitySlamNoise small_drive_noise() {
   noise.motion.tilt_walk = 1e-3;
   noise.motion.heading_walk = 2e-3;
   noise.gyro_bias_sigma = 0.02;
-  noise.begin = noise.update = {.u = 0.5, .v = 0.5, .disparity = 0.5};
+  noise.initialisation = noise.update = {.u = 0.5, .v = 0.5, .disparity = 0.5};
   noise.update.disparity = 0.7;
   return noise;
 }
@@ -75,7 +75,7 @@ inline void observe(const SmallDrive& drive, const SE3& world_T_imu, Time time, 
       return std::ranges::find(f.observations, id, &StereoObservation::landmark) !=
              f.observations.end();
     });
-    const StereoNoise& sigma = first ? in.noise.begin : in.noise.update;
+    const StereoNoise& sigma = first ? in.noise.initialisation : in.noise.update;
     // Independent in the rows of the measurement; vL - vR is not one of them.
     Eigen::Vector4d e = Eigen::Vector4d::Zero();
     if (drive.rows == StereoRows::kAll && !first) {

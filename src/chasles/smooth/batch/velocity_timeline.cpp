@@ -3,10 +3,10 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/velocity/velocity_model.hpp>
 #include <chasles/smooth/batch/floors_detail.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>
+#include <chasles/velocity/velocity_model.hpp>
 
 namespace chasles {
 

@@ -45,7 +45,7 @@ TEST(ImuLink, TheResidualVanishesWhereTheSamplesLead) {
     const ImuLink link = imu_link(intervals, random.normal_vector(6), kNoise);
     const InertialState now = random_link_motion(random);
     const Vector15d r = link_residual(link, now, integrated(now, intervals), kGravity);
-    EXPECT_LT(r.cwiseAbs().maxCoeff(), 1e-6) << "in deviations";
+    EXPECT_LT(r.cwiseAbs().maxCoeff(), 1e-6) << "in sigmas";
   }
 }
 
@@ -124,7 +124,7 @@ TEST(ImuLink, WithoutWalkTheBiasesAreHeldNotSingular) {
   EXPECT_TRUE(imu_link(random_intervals(random, 9), Vector6d::Zero(), noise).whitening.allFinite());
 }
 
-TEST(ImuLink, NoNoiseOrNoNumbersAreRefused) {
+TEST(ImuLink, NoNoiseOrNoNumbersAreRejected) {
   Random random(7);
   auto intervals = random_intervals(random, 9);
   EXPECT_THROW(imu_link(intervals, Vector6d::Zero(), ImuNoise{}), InputError);

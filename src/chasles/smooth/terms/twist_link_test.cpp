@@ -79,7 +79,7 @@ TEST(TwistLink, WithoutWalkTheBiasesAreHeldNotSingular) {
   EXPECT_TRUE(twist_link(model, kTau, {}, noise).whitening.allFinite());
 }
 
-TEST(TwistLink, NoNoiseOrNoNumbersAreRefused) {
+TEST(TwistLink, NoNoiseOrNoNumbersAreRejected) {
   BodyVelocityNoise noise = test::small_drive_noise().motion;
   noise.walk[4] = 0;
   EXPECT_THROW(twist_link({}, kTau, {}, noise), InputError);

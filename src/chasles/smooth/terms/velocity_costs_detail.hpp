@@ -5,9 +5,9 @@
 #include <ceres/cost_function.h>
 
 #include <chasles/camera/stereo.hpp>
-#include <chasles/velocity/stereo_measurement.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 #include <chasles/smooth/terms/twist_link.hpp>
+#include <chasles/velocity/stereo_measurement.hpp>
 
 /// The terms of a recording with body velocities, over blocks motion (12 numbers: a pose), additive
 /// (as many as the model has; omitted where it has none) and point (3).

@@ -4,11 +4,11 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 
@@ -49,9 +49,9 @@ struct InertialWindow::Implementation {
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
   WindowView view_of(const PointView& view, int anchor_camera, int& matches) const;
-  void begin_landmarks();
+  void initialise_landmarks();
   void read_states();
-  Estimate estimate(Time time, const SlidingWindow::Settled& settled);
+  Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
 
   InertialBatchInput input;  // without samples and frames
   BatchSettings settings;
@@ -71,7 +71,7 @@ struct InertialWindow::Implementation {
 
 // The motion during a gap is unknown: a later frame cannot be linked to those before.
 void InertialWindow::Implementation::check_gap(Time frame) const {
-  if (gap && frame - gap->last > kLongestGap) refuse_gap(gap->last, std::min(frame, gap->next));
+  if (gap && frame - gap->last > kLongestGap) reject_gap(gap->last, std::min(frame, gap->next));
 }
 
 std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
@@ -86,7 +86,7 @@ std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
 }
 
 std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame& frame) {
-  const double begun = processor_seconds();
+  const double started = processor_seconds();
   const std::optional<Time> time = choice.take(frame, *buffer.latest());
   if (!time) return std::nullopt;
   check_gap(*time);
@@ -96,18 +96,18 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   sliding.window.keyframes.back().framed = true;
   const int now = sliding.window.last();
   for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) observe(o, now);
-  begin_landmarks();
+  initialise_landmarks();
   if (!frame.pixels.empty()) last_frame = now;
-  const SlidingWindow::Settled settled = sliding.settle(report);
-  if (!settled.finite) {
+  const SlidingWindow::Optimised optimised = sliding.optimise(report);
+  if (!optimised.finite) {
     throw Error(ExitCode::kDiverged, "the window found no finite minimum at the frame at " +
                                          std::to_string(frame.time.count()) + " ns");
   }
-  tracks.drop(settled.culled, report);
+  tracks.drop(optimised.culled, report);
   read_states();
   report.imu = buffer.counts();
-  Estimate found = estimate(*time, settled);
-  report.seconds += processor_seconds() - begun;
+  Estimate found = estimate(*time, optimised);
+  report.seconds += processor_seconds() - started;
   return found;
 }
 
@@ -173,7 +173,7 @@ WindowView InertialWindow::Implementation::view_of(const PointView& view, int an
 }
 
 // Called after all views of a frame are added.
-void InertialWindow::Implementation::begin_landmarks() {
+void InertialWindow::Implementation::initialise_landmarks() {
   for (const LandmarkId id : std::exchange(seen, {})) {
     Tracks::Track& track = tracks.of(id);
     if (track.point || track.of.views.size() < 2) continue;
@@ -192,7 +192,7 @@ void InertialWindow::Implementation::begin_landmarks() {
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
     }
-    tracks.begin(track, sliding.add(std::move(made)));
+    tracks.initialise(track, sliding.add(std::move(made)));
     ++report.landmarks;
     report.observations += static_cast<int>(point.views.size());
   }
@@ -208,7 +208,7 @@ void InertialWindow::Implementation::read_states() {
 }
 
 Estimate InertialWindow::Implementation::estimate(Time time,
-                                                  const SlidingWindow::Settled& settled) {
+                                                  const SlidingWindow::Optimised& optimised) {
   const InertialState& state = graph.keyframes.back().state;
   const Window& window = sliding.window;
   Estimate e;
@@ -222,11 +222,11 @@ Estimate InertialWindow::Implementation::estimate(Time time,
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));
   }
   e.observations = e.used;
-  e.rejected = static_cast<int>(settled.culled.views.size());
+  e.rejected = static_cast<int>(optimised.culled.views.size());
   e.in_state = static_cast<int>(window.points.size());
   e.landmarks = sliding.map_size();
-  e.doubt = recent.judge(time, e.used, e.rejected, settled.squares, settled.residuals);
-  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
+  e.degradation = recent.assess(time, e.used, e.rejected, optimised.squares, optimised.residuals);
+  if (e.degradation != Degradation::kNone) e.health = Health::kDegraded;
   return e;
 }
 

@@ -186,14 +186,14 @@ TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
             0.03);
 }
 
-TEST(InertialWindowRun, RefusesWhatItCannotUse) {
+TEST(InertialWindowRun, RejectsWhatItCannotUse) {
   const SmallScene scene = small_scene({.frames = 12});
-  const auto refused = [&](const char* words, const auto& spoil) {
+  const auto rejected = [&](const char* words, const auto& spoil) {
     InertialBatchInput input = scene.input;
     BatchSettings settings;
     int keyframes = 4;
     spoil(input, settings, keyframes);
-    std::string text = "nothing was refused";
+    std::string text = "nothing was rejected";
     try {
       slide(input, "standard", settings, keyframes);
     } catch (const Error& e) {
@@ -201,21 +201,21 @@ TEST(InertialWindowRun, RefusesWhatItCannotUse) {
     }
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  refused("2 or more", [](auto&, auto&, int& n) { n = 1; });
-  refused("observed twice", [](InertialBatchInput& in, auto&, int&) { in.frames.clear(); });
-  refused("observed twice", [](InertialBatchInput& in, auto&, int&) {
+  rejected("2 or more", [](auto&, auto&, int& n) { n = 1; });
+  rejected("observed twice", [](InertialBatchInput& in, auto&, int&) { in.frames.clear(); });
+  rejected("observed twice", [](InertialBatchInput& in, auto&, int&) {
     for (FeatureFrame& frame : in.frames) frame.pixels.clear();
   });
-  refused("IMU samples", [](InertialBatchInput& in, auto&, int&) { in.samples.clear(); });
-  refused("IMU has no sample", [](InertialBatchInput& in, auto&, int&) {
+  rejected("IMU samples", [](InertialBatchInput& in, auto&, int&) { in.samples.clear(); });
+  rejected("IMU has no sample", [](InertialBatchInput& in, auto&, int&) {
     in.samples.erase(in.samples.begin() + 20, in.samples.begin() + 80);
   });
-  refused("camera", [](InertialBatchInput& in, auto&, int&) { in.cameras.clear(); });
-  refused("pixel_sigma", [](InertialBatchInput& in, auto&, int&) { in.pixel_sigma = 0; });
-  refused("noise_density",
-          [](InertialBatchInput& in, auto&, int&) { in.noise.gyroscope_noise_density = 0; });
-  refused("batch.loss", [](auto&, BatchSettings& s, int&) { s.loss = BatchLoss{7}; });
-  refused("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
+  rejected("camera", [](InertialBatchInput& in, auto&, int&) { in.cameras.clear(); });
+  rejected("pixel_sigma", [](InertialBatchInput& in, auto&, int&) { in.pixel_sigma = 0; });
+  rejected("noise_density",
+           [](InertialBatchInput& in, auto&, int&) { in.noise.gyroscope_noise_density = 0; });
+  rejected("batch.loss", [](auto&, BatchSettings& s, int&) { s.loss = BatchLoss{7}; });
+  rejected("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
 }
 
 }  // namespace

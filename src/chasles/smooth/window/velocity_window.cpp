@@ -2,12 +2,12 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/estimate/health.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/velocity_problem_detail.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
-#include <chasles/base/validate.hpp>
 
 namespace chasles {
 
@@ -34,9 +34,9 @@ struct VelocityWindow::Implementation {
   void make_room();
   void take(int keyframe);
   void observe(const StereoObservation& observation, int now);
-  void begin(Tracks::Track& track);
+  void initialise(Tracks::Track& track);
   WindowView view_of(const StereoView& view, bool first) const;
-  Estimate estimate(const FeatureFrame& frame, const SlidingWindow::Settled& settled);
+  Estimate estimate(const FeatureFrame& frame, const SlidingWindow::Optimised& optimised);
 
   VelocityBatchInput input;
   BatchSettings settings;
@@ -50,7 +50,7 @@ struct VelocityWindow::Implementation {
 
 WindowView VelocityWindow::Implementation::view_of(const StereoView& view, bool first) const {
   const StereoRows rows = view_rows(input.settings, first);
-  const StereoNoise& noise = first ? input.noise.begin : input.noise.update;
+  const StereoNoise& noise = first ? input.noise.initialisation : input.noise.update;
   const bool anchored = sliding.window.anchored;
   WindowView made =
       rows == StereoRows::kMean
@@ -98,14 +98,15 @@ void VelocityWindow::Implementation::observe(const StereoObservation& o, int now
     track = {.of = {.id = o.landmark, .views = {}}};
   }
   views.push_back({.keyframe = now, .pixels = o.pixels});
-  if (!track.point) return begin(track);
+  if (!track.point) return initialise(track);
   sliding.observe(*track.point, view_of(views.back(), false));
   ++report.observations;
 }
 
-void VelocityWindow::Implementation::begin(Tracks::Track& track) {
+void VelocityWindow::Implementation::initialise(Tracks::Track& track) {
   VelocityPoint point = track.of;
-  if (!begin_with_disparity(input.rig, input.settings, point) || point.views.size() < 2) return;
+  if (!initialise_with_disparity(input.rig, input.settings, point) || point.views.size() < 2)
+    return;
   place(input.rig, sliding.window.anchored, timeline.keyframes, point);
   WindowPoint made{.id = point.id,
                    .anchor = point.views.front().keyframe,
@@ -115,13 +116,13 @@ void VelocityWindow::Implementation::begin(Tracks::Track& track) {
     made.views.push_back(view_of(view, &view == &point.views.front()));
   }
   track.of.views = point.views;
-  tracks.begin(track, sliding.add(std::move(made)));
+  tracks.initialise(track, sliding.add(std::move(made)));
   ++report.landmarks;
   report.observations += static_cast<int>(point.views.size());
 }
 
 Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame,
-                                                  const SlidingWindow::Settled& settled) {
+                                                  const SlidingWindow::Optimised& optimised) {
   const Window& window = sliding.window;
   const WindowKeyframe& newest = window.keyframes.back();
   Estimate e;
@@ -137,12 +138,13 @@ Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame,
   }
   e.in_state = static_cast<int>(window.points.size());
   e.landmarks = sliding.map_size();
-  if (!settled.finite || !e.world_T_imu.p.allFinite() || !e.pose_covariance().allFinite()) {
+  if (!optimised.finite || !e.world_T_imu.p.allFinite() || !e.pose_covariance().allFinite()) {
     e.health = Health::kLost;
     return e;
   }
-  e.doubt = recent.judge(frame.time, e.used, e.rejected, settled.squares, settled.residuals);
-  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
+  e.degradation =
+      recent.assess(frame.time, e.used, e.rejected, optimised.squares, optimised.residuals);
+  if (e.degradation != Degradation::kNone) e.health = Health::kDegraded;
   return e;
 }
 
@@ -154,7 +156,7 @@ VelocityWindow::~VelocityWindow() = default;
 
 void VelocityWindow::process(const BodyVelocity& velocity) {
   Implementation& w = *of_;
-  const double begun = processor_seconds();
+  const double started = processor_seconds();
   w.make_room();
   const std::size_t samples = w.timeline.samples.size();
   const int k = w.timeline.add(velocity);
@@ -165,13 +167,13 @@ void VelocityWindow::process(const BodyVelocity& velocity) {
          .additive_only = !w.timeline.model.level,
          .cost = std::make_unique<SampleCost>(w.timeline.model, w.timeline.samples.back())});
   }
-  w.report.seconds += processor_seconds() - begun;
+  w.report.seconds += processor_seconds() - started;
 }
 
 std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
   Implementation& w = *of_;
   if (w.frames++ % w.settings.frames_per_keyframe != 0) return std::nullopt;
-  const double begun = processor_seconds();
+  const double started = processor_seconds();
   w.make_room();
   const int now = w.timeline.add(frame);
   w.take(now);
@@ -181,16 +183,17 @@ std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
   for (const StereoObservation& o : usable(frame, w.report.unusable)) w.observe(o, now);
   w.fresh = w.report.landmarks - landmarks;
   w.last_frame = now;
-  const SlidingWindow::Settled settled = w.sliding.settle(w.report);
-  w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now, &CulledView::keyframe));
-  w.tracks.drop(settled.culled, w.report);
+  const SlidingWindow::Optimised optimised = w.sliding.optimise(w.report);
+  w.gated =
+      static_cast<int>(std::ranges::count(optimised.culled.views, now, &CulledView::keyframe));
+  w.tracks.drop(optimised.culled, w.report);
   for (int k = window.first; k <= window.last(); ++k) {
     VelocityState& state = w.timeline.keyframes[static_cast<std::size_t>(k)].state;
     state.world_T_imu = read_pose(window.keyframe(k).motion.data());
     state.additive = window.keyframe(k).additive;
   }
-  const Estimate e = w.estimate(frame, settled);
-  w.report.seconds += processor_seconds() - begun;
+  const Estimate e = w.estimate(frame, optimised);
+  w.report.seconds += processor_seconds() - started;
   return e;
 }
 

@@ -96,7 +96,7 @@ TEST_P(VelocityWindowOver, OfTheWholeRecordingIsTheBatch) {
 
 // The last estimate uses all data, also those marginalised. The error of their fixed linearisation
 // is small against the estimate's own sigma.
-TEST_P(VelocityWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
+TEST_P(VelocityWindowOver, ThatMarginalisesHardlyDiffersFromTheBatch) {
   for (const bool level : {false, true}) {
     const DriveScene s = scene({.frames = 20, .level = level});
     const Estimate b = smooth(s.input, exact_velocity_window()).estimates.back();
@@ -245,43 +245,44 @@ TEST(VelocityWindowBadInput, IsRecoveredAndCounted) {
   EXPECT_LT(drive_error(s.truth.back(), run.estimates.back()).segment<3>(3).norm(), 0.4);
 }
 
-std::string refusal(const VelocityBatchInput& input, const BatchSettings& settings, int keyframes) {
+std::string rejection(const VelocityBatchInput& input, const BatchSettings& settings,
+                      int keyframes) {
   try {
     slide(input, settings, keyframes);
   } catch (const Error& e) {
     return e.what();
   }
-  return "nothing was refused";
+  return "nothing was rejected";
 }
 
-TEST(VelocityWindowBadInput, IsRefused) {
+TEST(VelocityWindowBadInput, IsRejected) {
   const DriveScene s = drive_scene();
-  const auto refused = [&](const char* words, const auto& spoil) {
+  const auto rejected = [&](const char* words, const auto& spoil) {
     VelocityBatchInput input = s.input;
     BatchSettings settings;
     int keyframes = 4;
     spoil(input, settings, keyframes);
-    const std::string text = refusal(input, settings, keyframes);
+    const std::string text = rejection(input, settings, keyframes);
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  refused("2 or more", [](auto&, auto&, int& n) { n = 1; });
-  refused("observed twice", [](VelocityBatchInput& in, auto&, int&) {
+  rejected("2 or more", [](auto&, auto&, int& n) { n = 1; });
+  rejected("observed twice", [](VelocityBatchInput& in, auto&, int&) {
     for (FeatureFrame& frame : in.frames) frame.observations.clear();
   });
-  refused("not finite", [](VelocityBatchInput& in, auto&, int&) {
+  rejected("not finite", [](VelocityBatchInput& in, auto&, int&) {
     in.velocities[2].linear_imu.x() = std::nan("");
   });
-  refused("time runs backwards",
-          [](VelocityBatchInput& in, auto&, int&) { std::swap(in.frames[2], in.frames[5]); });
-  refused("pixel_sigma", [](VelocityBatchInput& in, auto&, int&) { in.noise.update.v = 0; });
-  refused("velocity_walk",
-          [](VelocityBatchInput& in, auto&, int&) { in.noise.motion.walk[4] = 0; });
-  refused("--mode slam",
-          [](VelocityBatchInput& in, auto&, int&) { in.settings.mode = SlamMode::kMap; });
-  refused("batch.loss", [](auto&, BatchSettings& b, int&) { b.loss = BatchLoss{7}; });
-  refused("batch.landmarks", [](auto&, BatchSettings& b, int&) { b.landmarks = LandmarkForm{7}; });
-  refused("frames_per_keyframe",
-          [](auto&, BatchSettings& settings, int&) { settings.frames_per_keyframe = 0; });
+  rejected("time runs backwards",
+           [](VelocityBatchInput& in, auto&, int&) { std::swap(in.frames[2], in.frames[5]); });
+  rejected("pixel_sigma", [](VelocityBatchInput& in, auto&, int&) { in.noise.update.v = 0; });
+  rejected("velocity_walk",
+           [](VelocityBatchInput& in, auto&, int&) { in.noise.motion.walk[4] = 0; });
+  rejected("--mode slam",
+           [](VelocityBatchInput& in, auto&, int&) { in.settings.mode = SlamMode::kMap; });
+  rejected("batch.loss", [](auto&, BatchSettings& b, int&) { b.loss = BatchLoss{7}; });
+  rejected("batch.landmarks", [](auto&, BatchSettings& b, int&) { b.landmarks = LandmarkForm{7}; });
+  rejected("frames_per_keyframe",
+           [](auto&, BatchSettings& settings, int&) { settings.frames_per_keyframe = 0; });
 }
 
 }  // namespace

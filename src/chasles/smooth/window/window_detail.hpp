@@ -47,20 +47,20 @@ struct WindowView {
                         ///< needs such a view
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
-  double deviation = 0;                                      ///< length of the whitened residual
+  double whitened_norm = 0;                                  ///< length of the whitened residual
 };
 
 /// The linearised views of a landmark at the present values: second derivatives and gradients of
 /// half the squares, by the poses of the keyframes that they depend on and by the landmark.
 struct PointLinear {
-  struct Seat {
+  struct PoseBlock {
     int keyframe = 0;
     Matrix6d H = Matrix6d::Zero(),
-             by_anchor = Matrix6d::Zero();  ///< with the pose of the first seat
+             by_anchor = Matrix6d::Zero();  ///< with the first pose block
     Matrix63d W = Matrix63d::Zero();
     Vector6d g = Vector6d::Zero();
   };
-  std::vector<Seat> seats = {};  ///< that of the anchor first, if any
+  std::vector<PoseBlock> pose_blocks = {};  ///< that of the anchor first, if any
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double cost = 0;

@@ -21,15 +21,17 @@ struct Written {
   std::array<double, 3 * kMostRows> by_point;
 };
 
-PointLinear::Seat& seat_of(int keyframe, std::size_t from, std::vector<PointLinear::Seat>& seats) {
-  // Views are sorted by keyframe: the seat, if it exists, is the last one.
-  if (seats.size() > from && seats.back().keyframe == keyframe) return seats.back();
-  return seats.emplace_back(PointLinear::Seat{.keyframe = keyframe});
+PointLinear::PoseBlock& pose_block_of(int keyframe, std::size_t from,
+                                      std::vector<PointLinear::PoseBlock>& pose_blocks) {
+  // Views are sorted by keyframe: the pose block, if it exists, is the last one.
+  if (pose_blocks.size() > from && pose_blocks.back().keyframe == keyframe)
+    return pose_blocks.back();
+  return pose_blocks.emplace_back(PointLinear::PoseBlock{.keyframe = keyframe});
 }
 
 template <int Rows>
-void add(const Written& at, double weight, int width, PointLinear::Seat* view,
-         PointLinear::Seat* anchor, PointLinear& linear) {
+void add(const Written& at, double weight, int width, PointLinear::PoseBlock* view,
+         PointLinear::PoseBlock* anchor, PointLinear& linear) {
   const Eigen::Map<const Eigen::Matrix<double, Rows, 1>> r(at.residual.data());
   const Rowwise<Rows, 3> P(at.by_point.data(), Eigen::OuterStride<>(3));
   const Eigen::Matrix<double, 3, Rows> Pt = weight * P.transpose();
@@ -52,8 +54,8 @@ void add(const Written& at, double weight, int width, PointLinear::Seat* view,
   view->by_anchor.noalias() += Jt * A;
 }
 
-void add(int rows, const Written& at, double weight, int width, PointLinear::Seat* view,
-         PointLinear::Seat* anchor, PointLinear& linear) {
+void add(int rows, const Written& at, double weight, int width, PointLinear::PoseBlock* view,
+         PointLinear::PoseBlock* anchor, PointLinear& linear) {
   if (rows == 2) return add<2>(at, weight, width, view, anchor, linear);
   if (rows == 3) return add<3>(at, weight, width, view, anchor, linear);
   add<4>(at, weight, width, view, anchor, linear);
@@ -78,7 +80,7 @@ double loss_at(const Window& window, double square, double& weight) {
 }
 
 void add_view(const Window& window, const WindowPoint& point, const WindowView& view, Written& at,
-              PointLinear& linear, double& deviation) {
+              PointLinear& linear, double& whitened_norm) {
   const bool anchored = window.anchored, own = anchored && view.keyframe == point.anchor;
   const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
   const double* motion = window.keyframe(view.keyframe).motion.data();
@@ -94,13 +96,14 @@ void add_view(const Window& window, const WindowPoint& point, const WindowView& 
   x[n] = point.parameters.data(), J[n] = at.by_point.data();
   cost.Evaluate(x.data(), at.residual.data(), J.data());
   const double s = square(at, rows);
-  deviation = std::sqrt(s);
+  whitened_norm = std::sqrt(s);
   double weight = 1;
   linear.cost += loss_at(window, s, weight);
   if (own) return add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
-  PointLinear::Seat& seat = seat_of(view.keyframe, anchored ? 1 : 0, linear.seats);
-  add(rows, at, weight, window.sizes.motion(), &seat, anchored ? &linear.seats.front() : nullptr,
-      linear);
+  PointLinear::PoseBlock& pose_block =
+      pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
+  add(rows, at, weight, window.sizes.motion(), &pose_block,
+      anchored ? &linear.pose_blocks.front() : nullptr, linear);
 }
 
 void add_alone(const WindowPoint& point, PointLinear& linear) {
@@ -115,12 +118,12 @@ void add_alone(const WindowPoint& point, PointLinear& linear) {
 }
 
 void begin(const Window& window, const WindowPoint& point, PointLinear& linear) {
-  linear.seats.clear();
+  linear.pose_blocks.clear();
   linear.V.setZero();
   linear.b.setZero();
   linear.cost = 0;
-  linear.seats.reserve(point.views.size() + 1);
-  if (window.anchored) linear.seats.push_back({.keyframe = point.anchor});
+  linear.pose_blocks.reserve(point.views.size() + 1);
+  if (window.anchored) linear.pose_blocks.push_back({.keyframe = point.anchor});
 }
 
 double evaluate(const Window& window, WindowPoint& point) {
@@ -133,7 +136,7 @@ double evaluate(const Window& window, WindowPoint& point) {
   Written at;
   for (; point.linearised < point.views.size(); ++point.linearised) {
     WindowView& view = point.views[point.linearised];
-    add_view(window, point, view, at, point.linear, view.deviation);
+    add_view(window, point, view, at, point.linear, view.whitened_norm);
   }
   return point.linear.cost;
 }
@@ -171,11 +174,11 @@ void evaluate(const Window& window, ChainTerm& term) {
 PointLinear linearise(const Window& window, const WindowPoint& point, std::optional<int> keyframe) {
   PointLinear linear;
   Written at;
-  double deviation = 0;
+  double whitened_norm = 0;
   begin(window, point, linear);
   for (const WindowView& view : point.views) {
     if (keyframe && view.keyframe != *keyframe) continue;
-    add_view(window, point, view, at, linear, deviation);
+    add_view(window, point, view, at, linear, whitened_norm);
   }
   if (point.alone && !keyframe) add_alone(point, linear);
   return linear;

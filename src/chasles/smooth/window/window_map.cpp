@@ -49,8 +49,9 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     C.middleRows<3>(rows.points.at(number)) = by_point.transpose();
   } else {
     const Eigen::Matrix3d by_information = by_point * inverse_on_range(point.linear.V);
-    for (const PointLinear::Seat& seat : point.linear.seats) {
-      C.middleRows<6>(rows.keyframe(seat.keyframe)) -= seat.W * by_information.transpose();
+    for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
+      C.middleRows<6>(rows.keyframe(pose_block.keyframe)) -=
+          pose_block.W * by_information.transpose();
     }
     landmark.covariance = by_information * by_point.transpose();
   }

@@ -59,24 +59,24 @@ void SlidingWindow::refresh() {
     factor_ = factor_of(window);  // velocities may come after the last frame
 }
 
-SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
+SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
   const WindowProgress progress =
       improve(window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
   report.steps += progress.tried;
-  report.steps_refused += progress.tried - progress.successful;
+  report.steps_rejected += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;
-  Settled settled{.culled = {}, .finite = progress.finite};
+  Optimised optimised{.culled = {}, .finite = progress.finite};
   const double gate = settings_.gate_sigmas();
-  if (gate > 0 && progress.finite) settled.culled = cull(window, gate);
-  for (const CulledView& view : settled.culled.views) --window.points.at(view.point).observations;
-  for (const int number : settled.culled.points) window.points.erase(number);
+  if (gate > 0 && progress.finite) optimised.culled = cull(window, gate);
+  for (const CulledView& view : optimised.culled.views) --window.points.at(view.point).observations;
+  for (const int number : optimised.culled.points) window.points.erase(number);
   for (const auto& [number, point] : window.points) {
     for (const WindowView& view : point.views) {
-      settled.squares += view.deviation * view.deviation;
-      settled.residuals += view.cost->num_residuals();
+      optimised.squares += view.whitened_norm * view.whitened_norm;
+      optimised.residuals += view.cost->num_residuals();
     }
   }
-  return settled;
+  return optimised;
 }
 
 std::vector<MapLandmark> SlidingWindow::map() {
@@ -97,7 +97,7 @@ void add(const WindowReport& more, WindowReport& sum) {
   for (int WindowReport::*count :
        {&WindowReport::keyframes, &WindowReport::observations, &WindowReport::unusable,
         &WindowReport::gated, &WindowReport::dropped_frames, &WindowReport::landmarks,
-        &WindowReport::steps, &WindowReport::steps_refused, &WindowReport::frames_not_converged}) {
+        &WindowReport::steps, &WindowReport::steps_rejected, &WindowReport::frames_not_converged}) {
     sum.*count += more.*count;
   }
   add(more.imu, sum.imu);

@@ -27,13 +27,13 @@ class SlidingWindow {
   bool make_room();
 
   /// Iterates to the minimum and applies the gate; counts into the report.
-  struct Settled {
+  struct Optimised {
     Culled culled;
     bool finite = true;
     double squares = 0;  ///< of the residuals of the remaining observations, in sigmas
     int residuals = 0;   ///< their number
   };
-  Settled settle(WindowReport& report);
+  Optimised optimise(WindowReport& report);
 
   Eigen::MatrixXd newest_covariance() const {
     return smooth_detail::newest_covariance(window, factor_);

@@ -38,8 +38,8 @@ void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, W
       continue;
     }
     Eigen::Vector3d right = -point.linear.b;
-    for (const PointLinear::Seat& seat : point.linear.seats) {
-      right -= seat.W.transpose() * step.segment<6>(rows.keyframe(seat.keyframe));
+    for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
+      right -= pose_block.W.transpose() * step.segment<6>(rows.keyframe(pose_block.keyframe));
     }
     Eigen::Matrix3d V = point.linear.V;
     V.diagonal() *= 1 + damping;
@@ -120,8 +120,8 @@ WindowFactor factor_of(const Window& window) {
 Culled cull(Window& window, double gate) {
   Culled culled;
   for (auto& [number, point] : window.points) {
-    const bool began = std::ranges::any_of(point.views, &WindowView::begins);
-    const auto wrong = [&](const WindowView& view) { return view.deviation > gate; };
+    const bool began_with = std::ranges::any_of(point.views, &WindowView::begins);
+    const auto wrong = [&](const WindowView& view) { return view.whitened_norm > gate; };
     for (const WindowView& view : point.views) {
       if (!wrong(view)) continue;
       culled.views.push_back({.point = number, .keyframe = view.keyframe, .camera = view.camera});
@@ -129,7 +129,7 @@ Culled cull(Window& window, double gate) {
     if (std::erase_if(point.views, wrong) == 0) continue;
     point.stale = true;
     const bool begins = std::ranges::any_of(point.views, &WindowView::begins);
-    if (!point.in_prior && (point.views.size() < 2 || began != begins)) {
+    if (!point.in_prior && (point.views.size() < 2 || began_with != begins)) {
       culled.points.push_back(number);
     }
   }

@@ -24,24 +24,24 @@ void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
   }
 }
 
-void add_seats(const WindowRows& rows, const PointLinear& linear, WindowSystem& system) {
-  for (const PointLinear::Seat& seat : linear.seats) {
-    const int i = rows.keyframe(seat.keyframe);
-    system.S.block<6, 6>(i, i) += seat.H;
-    system.g.segment<6>(i) += seat.g;
-    if (&seat == &linear.seats.front()) continue;
-    const int a = rows.keyframe(linear.seats.front().keyframe);
-    add_block(i, a, seat.by_anchor, system.S);
+void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSystem& system) {
+  for (const PointLinear::PoseBlock& pose_block : linear.pose_blocks) {
+    const int i = rows.keyframe(pose_block.keyframe);
+    system.S.block<6, 6>(i, i) += pose_block.H;
+    system.g.segment<6>(i) += pose_block.g;
+    if (&pose_block == &linear.pose_blocks.front()) continue;
+    const int a = rows.keyframe(linear.pose_blocks.front().keyframe);
+    add_block(i, a, pose_block.by_anchor, system.S);
   }
 }
 
 void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::Matrix3d& V_inverse,
                WindowSystem& system) {
-  for (const PointLinear::Seat& of : linear.seats) {
+  for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
     const int i = rows.keyframe(of.keyframe);
     const Matrix63d Y = of.W * V_inverse;
     system.g.segment<6>(i).noalias() -= Y * linear.b;
-    for (const PointLinear::Seat& by : linear.seats) {
+    for (const PointLinear::PoseBlock& by : linear.pose_blocks) {
       const int j = rows.keyframe(by.keyframe);
       if (j <= i) system.S.block<6, 6>(i, j).noalias() -= Y * by.W.transpose();
     }
@@ -116,15 +116,15 @@ Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
 
 void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<int> row,
                const Eigen::Matrix3d& V_inverse, WindowSystem& system) {
-  add_seats(rows, linear, system);
+  add_pose_blocks(rows, linear, system);
   if (!row) {
     eliminate(rows, linear, V_inverse, system);
     return;
   }
   system.S.block<3, 3>(*row, *row) += linear.V;
   system.g.segment<3>(*row) += linear.b;
-  for (const PointLinear::Seat& seat : linear.seats) {
-    system.S.block<6, 3>(rows.keyframe(seat.keyframe), *row) += seat.W;
+  for (const PointLinear::PoseBlock& pose_block : linear.pose_blocks) {
+    system.S.block<6, 3>(rows.keyframe(pose_block.keyframe), *row) += pose_block.W;
   }
 }
 
@@ -147,8 +147,8 @@ WindowSystem normal_equations(const Window& window, const WindowRows& rows, doub
     V.diagonal() *= 1 + damping;
     add_point(rows, point.linear, own ? std::optional(row->second) : std::nullopt,
               own ? V : inverse_on_range(V), system);
-    for (const PointLinear::Seat& seat : point.linear.seats) {
-      enlarged.segment<6>(rows.keyframe(seat.keyframe)) += seat.H.diagonal();
+    for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
+      enlarged.segment<6>(rows.keyframe(pose_block.keyframe)) += pose_block.H.diagonal();
     }
     if (own) enlarged.segment<3>(row->second) += point.linear.V.diagonal();
   }

@@ -118,7 +118,7 @@ class LinearScene {
     for (int point = 0; point < 12; ++point) {
       if (seen(point, k)) add_view(point, k);
     }
-    sliding.settle(report);
+    sliding.optimise(report);
     all.solve();
   }
 
@@ -198,11 +198,11 @@ TEST(Window, OfALinearProblemKnowsAllThatTheWholeProblemDoes) {
                 1e-8);
     }
     EXPECT_EQ(scene.sliding.window.keyframes.size(), static_cast<std::size_t>(keyframes));
-    EXPECT_EQ(scene.report.steps_refused, 0);
+    EXPECT_EQ(scene.report.steps_rejected, 0);
   }
 }
 
-TEST(Window, RefusesFewerThanTwoKeyframes) {
+TEST(Window, RejectsFewerThanTwoKeyframes) {
   for (const int keyframes : {1, 0, -3}) EXPECT_THROW(LinearScene{keyframes}, UsageError);
 }
 

@@ -26,7 +26,7 @@ class WindowTracks {
     track.of.id = id;
     return track;
   }
-  void begin(Track& track, int point) {
+  void initialise(Track& track, int point) {
     track.point = point;
     id_of_[point] = track.of.id;
   }

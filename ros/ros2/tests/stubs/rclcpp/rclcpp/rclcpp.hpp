@@ -9,8 +9,8 @@
 
 #include <builtin_interfaces/msg/time.hpp>
 
-// What ros/ros2/src uses of rclcpp, declared: so that its source can be compiled, not run, where there
-// is no rclcpp.
+// What ros/ros2/src uses of rclcpp, declared: so that its source can be compiled, not run, where
+// there is no rclcpp.
 #define RCLCPP_INFO(logger, ...) ::rclcpp::log(logger, __VA_ARGS__)
 #define RCLCPP_WARN(logger, ...) ::rclcpp::log(logger, __VA_ARGS__)
 #define RCLCPP_ERROR(logger, ...) ::rclcpp::log(logger, __VA_ARGS__)

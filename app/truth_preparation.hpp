@@ -7,9 +7,9 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/check/check_report.hpp>
-#include <chasles/recording/recording.hpp>
 #include <chasles/eval/truth_examination.hpp>
 #include <chasles/eval/truth_tilt.hpp>
+#include <chasles/recording/recording.hpp>
 
 #include "truth_options.hpp"
 
@@ -18,7 +18,7 @@
 namespace chasles::app {
 
 /// What is known of a truth, and what to do with it.
-struct TruthToSettle {
+struct TruthToPrepare {
   bool attitudes = true;
   Eigen::Vector3d point_imu = Eigen::Vector3d::Zero();  ///< of positions alone [m]
   bool estimate_offset = false;                         ///< --truth-time-offset auto
@@ -26,7 +26,7 @@ struct TruthToSettle {
   TruthPairing pairing = {};
 };
 
-struct SettledTruth {
+struct PreparedTruth {
   std::vector<TruthFinding> findings;
   std::optional<TruthTilt> tilt;     ///< that was removed
   bool attitudes = true;             ///< whether there are attitudes to compare with
@@ -36,10 +36,10 @@ struct SettledTruth {
 /// Shifts the truth's times by the estimated offset, moves positions of a point on the body to the
 /// IMU by the reference's attitudes, turns its world to be level, and examines it. Throws
 /// InputError if the offset is to be estimated and the motion does not determine it.
-SettledTruth settle_truth(const TruthReference& reference, const TruthToSettle& how,
-                          Trajectory& truth);
+PreparedTruth prepare_truth(const TruthReference& reference, const TruthToPrepare& how,
+                            Trajectory& truth);
 
-/// The rotations that the gyroscope of a recording shows, for settle_truth(). Without poses if the
+/// The rotations that the gyroscope of a recording shows, for prepare_truth(). Without poses if the
 /// recording has no IMU.
 TruthReference gyroscope_reference(const Recording& recording);
 

@@ -8,7 +8,7 @@ namespace chasles {
 inline constexpr const char* kSimulationSetting = "simulation setting ";
 
 /// Throws UsageError: "simulation setting FIELD = FOUND: expected EXPECTED".
-[[noreturn]] void refuse_setting(std::string_view field, std::string_view found,
+[[noreturn]] void reject_setting(std::string_view field, std::string_view found,
                                  std::string_view expected);
 
 }  // namespace chasles

@@ -1,30 +1,30 @@
-#include "truth_settling.hpp"
+#include "truth_preparation.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/check/check_truth.hpp>
 #include <chasles/base/constants.hpp>
-#include <chasles/recording/gravity.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/check/check_truth.hpp>
 #include <chasles/eval/position_fit.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/recording/gravity.hpp>
 
 #include "truth_mending.hpp"
 
 namespace chasles::app {
 namespace {
 
-TruthExaminationOptions examination_options(const TruthToSettle& how) {
+TruthExaminationOptions examination_options(const TruthToPrepare& how) {
   return {.gap = how.pairing.longest_gap,
           .interpolated = how.pairing.pairing == Pairing::kInterpolate,
           .positions_only = !how.attitudes,
           .levelled = how.turn_to_level};
 }
 
-void apply_offset(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
-                  SettledTruth& settled) {
+void apply_offset(const TruthReference& reference, const TruthToPrepare& how, Trajectory& truth,
+                  PreparedTruth& prepared_truth) {
   const TruthExamination examination = examine_truth(reference, truth, examination_options(how));
   if (!examination.clock) {
     throw InputError(fmt::format(
@@ -34,7 +34,7 @@ void apply_offset(const TruthReference& reference, const TruthToSettle& how, Tra
   }
   const TruthClock& clock = *examination.clock;
   for (StampedPose& row : truth) row.time += from_seconds(clock.offset);
-  settled.remarks.push_back(fmt::format(
+  prepared_truth.remarks.push_back(fmt::format(
       "{:.4f} +- {:.1g} s were added to the truth's times, by its {} against those of {} "
       "(--truth-time-offset auto)",
       clock.offset, clock.sigma, clock.by_rotations ? "rotations" : "positions", reference.name));
@@ -42,8 +42,8 @@ void apply_offset(const TruthReference& reference, const TruthToSettle& how, Tra
 
 // The positions of a point on the body become those of the IMU, by the attitudes of the reference
 // in the truth's world. Two passes: the worlds are aligned by what is moved.
-void move_point(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
-                SettledTruth& settled) {
+void move_point(const TruthReference& reference, const TruthToPrepare& how, Trajectory& truth,
+                PreparedTruth& prepared_truth) {
   if (!reference.positions || how.point_imu.isZero(0)) return;
   const Trajectory given = truth;
   for (int pass = 0; pass < 2; ++pass) {
@@ -59,14 +59,14 @@ void move_point(const TruthReference& reference, const TruthToSettle& how, Traje
     if (moved.empty()) return;
     truth = std::move(moved);
   }
-  settled.remarks.push_back(fmt::format(
+  prepared_truth.remarks.push_back(fmt::format(
       "the truth's positions are those of a point at ({:.3f}, {:.3f}, {:.3f}) m in IMU axes: moved "
       "to the IMU by the attitudes of {}",
       how.point_imu.x(), how.point_imu.y(), how.point_imu.z(), reference.name));
 }
 
 // Of positions alone, by the best rigid motion.
-TruthTilt tilt_of_positions(const TruthReference& reference, const TruthToSettle& how,
+TruthTilt tilt_of_positions(const TruthReference& reference, const TruthToPrepare& how,
                             const Trajectory& truth) {
   const auto fit = fit_positions(reference.poses, truth, {.gap = how.pairing.longest_gap});
   if (!fit) return {};
@@ -75,17 +75,17 @@ TruthTilt tilt_of_positions(const TruthReference& reference, const TruthToSettle
           .degrees = kDegrees * std::atan2(up.head<2>().norm(), up.z())};
 }
 
-void level_out(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
-               SettledTruth& settled) {
+void level_out(const TruthReference& reference, const TruthToPrepare& how, Trajectory& truth,
+               PreparedTruth& prepared_truth) {
   if (!how.turn_to_level) return;
   const bool attitudes = how.attitudes && !is_without_attitudes(reference.poses, truth);
   if (attitudes) {
-    settled.tilt = turn_to_level(truth, reference.poses, how.pairing);
+    prepared_truth.tilt = turn_to_level(truth, reference.poses, how.pairing);
   } else {
-    settled.tilt = tilt_of_positions(reference, how, truth);
-    for (StampedPose& row : truth) row.pose.p = settled.tilt->level_R_truth * row.pose.p;
+    prepared_truth.tilt = tilt_of_positions(reference, how, truth);
+    for (StampedPose& row : truth) row.pose.p = prepared_truth.tilt->level_R_truth * row.pose.p;
   }
-  settled.remarks.push_back(tilt_remark(settled.tilt->degrees));
+  prepared_truth.remarks.push_back(tilt_remark(prepared_truth.tilt->degrees));
 }
 
 // Of positions scaled by s, what the accelerometer leaves is a parabola in s, as the fit is linear:
@@ -98,25 +98,25 @@ std::optional<TruthFinding> unit_by_accelerometer(const Recording& recording) {
     const auto fit = fit_gravity(scaled, recording.imu);
     return fit ? fit->left * fit->left : kNaN;
   };
-  const double at_rest = left(0), here = left(1), mirrored = left(-1);
-  const double slope = (here - mirrored) / 2, bend = (here + mirrored) / 2 - at_rest;
+  const double unshifted = left(0), here = left(1), mirrored = left(-1);
+  const double slope = (here - mirrored) / 2, bend = (here + mirrored) / 2 - unshifted;
   const double scale = -slope / (2 * bend);
-  if (!(scale > 0) || !(left(scale) < kExplained * at_rest)) return std::nullopt;
+  if (!(scale > 0) || !(left(scale) < kExplained * unshifted)) return std::nullopt;
   return unit_finding(1 / scale, "those of the accelerometer");
 }
 
 }  // namespace
 
-SettledTruth settle_truth(const TruthReference& reference, const TruthToSettle& how,
-                          Trajectory& truth) {
-  SettledTruth settled;
-  if (how.estimate_offset) apply_offset(reference, how, truth, settled);
-  move_point(reference, how, truth, settled);
-  level_out(reference, how, truth, settled);
+PreparedTruth prepare_truth(const TruthReference& reference, const TruthToPrepare& how,
+                            Trajectory& truth) {
+  PreparedTruth prepared_truth;
+  if (how.estimate_offset) apply_offset(reference, how, truth, prepared_truth);
+  move_point(reference, how, truth, prepared_truth);
+  level_out(reference, how, truth, prepared_truth);
   TruthExamination examination = examine_truth(reference, truth, examination_options(how));
-  settled.findings = std::move(examination.findings);
-  settled.attitudes = examination.attitudes;
-  return settled;
+  prepared_truth.findings = std::move(examination.findings);
+  prepared_truth.attitudes = examination.attitudes;
+  return prepared_truth;
 }
 
 TruthReference gyroscope_reference(const Recording& recording) {
