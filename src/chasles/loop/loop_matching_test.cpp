@@ -29,7 +29,9 @@ struct LeftAndStayed {
       const int index = static_cast<int>(observed.size());
       candidates.push_back({.id = id, .past = &landmark, .like = {{0, index}}});
       const Eigen::Vector3d p_imu = left.state().world_T_imu.inverse() * landmark.p_nav;
-      observed.push_back({.id = index, .pixel = project(camera, camera.cam_T_imu * p_imu)->pixel});
+      observed.push_back(
+          {.id = index,
+           .pixel = project(camera, camera.cam_T_imu * p_imu)->pixel + random.normal_vector(2)});
     }
   }
 

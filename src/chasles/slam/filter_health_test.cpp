@@ -7,7 +7,7 @@
 namespace chasles {
 namespace {
 
-Estimate estimate_at(double seconds, int used, int rejected = 0) {
+Estimate with_use(double seconds, int used, int rejected = 0) {
   Estimate e;
   e.time = from_seconds(seconds);
   e.v_world = Eigen::Vector3d::Zero();
@@ -20,7 +20,7 @@ Estimate estimate_at(double seconds, int used, int rejected = 0) {
 Estimate last_of(FilterHealth& health, double from, double until, int used, int rejected = 0) {
   Estimate e;
   for (double t = from; t < until; t += 0.1) {
-    e = estimate_at(t, used, rejected);
+    e = with_use(t, used, rejected);
     health.assess(e, true);
   }
   return e;
@@ -52,7 +52,7 @@ TEST(FilterHealth, InnovationsThatAreTooLargeDegradeIt) {
   FilterHealth health;
   Estimate e;
   for (int i = 0; i < 20; ++i) {
-    e = estimate_at(0.1 * i, 20);
+    e = with_use(0.1 * i, 20);
     e.nis_dof = 40;
     e.nis = 4 * e.nis_dof;
     health.assess(e, true);
@@ -64,7 +64,7 @@ TEST(FilterHealth, AStandstillNeedsNoObservation) {
   FilterHealth health;
   Estimate e;
   for (int i = 0; i < 50; ++i) {
-    e = estimate_at(0.1 * i, 0);
+    e = with_use(0.1 * i, 0);
     e.zero_velocity = true;
     health.assess(e, true);
   }
@@ -73,14 +73,14 @@ TEST(FilterHealth, AStandstillNeedsNoObservation) {
 
 TEST(FilterHealth, AnInvalidEstimateIsLost) {
   FilterHealth health;
-  Estimate e = estimate_at(0, 20);
+  Estimate e = with_use(0, 20);
   health.assess(e, false);
   EXPECT_EQ(e.health, Health::kLost) << "of a clock without bounds";
-  e = estimate_at(0, 20);
+  e = with_use(0, 20);
   e.covariance(2, 2) = -1;
   health.assess(e, true);
   EXPECT_EQ(e.health, Health::kLost);
-  e = estimate_at(0, 20);
+  e = with_use(0, 20);
   e.world_T_imu.p.x() = std::numeric_limits<double>::quiet_NaN();
   health.assess(e, true);
   EXPECT_EQ(e.health, Health::kLost);

@@ -75,7 +75,8 @@ TEST(LandmarkUpdater, IsTheKalmanUpdateWithNumericDerivatives) {
   EXPECT_EQ(e.nis_dof, H.rows());
   EXPECT_EQ(e.used, std::ssize(pixels));
   EXPECT_EQ(e.rejected, 0);
-  for (const PixelOutcome& one : updater.outcomes()) EXPECT_EQ(one.outcome, Outcome::kUsed);
+  for (const PixelOutcome& one : updater.outcomes())
+    EXPECT_EQ(one.outcome, chasles::Outcome::kUsed);
 }
 
 TEST(LandmarkUpdater, AGrossErrorIsRejectedAndChangesNothing) {
@@ -91,7 +92,7 @@ TEST(LandmarkUpdater, AGrossErrorIsRejectedAndChangesNothing) {
   const Estimate e = update(x, updater, pixels), f = update(without, other, fewer);
   EXPECT_EQ(e.used, f.used);
   EXPECT_EQ(e.rejected, f.rejected + 1);
-  EXPECT_EQ(updater.outcomes().front().outcome, Outcome::kRejected);
+  EXPECT_EQ(updater.outcomes().front().outcome, chasles::Outcome::kRejected);
   EXPECT_LT(test::distance(x.state(), without.state()), 1e-12);
 }
 
@@ -107,7 +108,7 @@ TEST(LandmarkUpdater, NewPointsAreFreshAndAStandstillUpdatesNothing) {
   EXPECT_EQ(test::distance(x.state(), before), 0);
   ASSERT_EQ(updater.fresh().size(), 1u);
   EXPECT_EQ(updater.fresh().front()->landmark, 7);
-  EXPECT_EQ(updater.outcomes().back().outcome, Outcome::kWaiting);
+  EXPECT_EQ(updater.outcomes().back().outcome, chasles::Outcome::kWaiting);
 }
 
 TEST(LandmarkUpdater, LandmarksLeaveThatAreRejectedOrOutOfView) {
@@ -130,7 +131,7 @@ TEST(LandmarkUpdater, AKnownDepthMakesALandmarkCartesian) {
   test::Random random(5);
   SlamContext x = some_context(random);
   x.settings.settled_depth_sigma = 0;
-  const LandmarkUpdater updater;
+  LandmarkUpdater updater;
   const auto anchored = [&] {
     return std::ranges::count_if(x.state().landmarks,
                                  [](const Landmark& l) { return l.anchor.has_value(); });

@@ -1,3 +1,5 @@
+#include <limits>
+
 #include <chasles/slam/clone_window.hpp>
 #include <chasles/slam/innovation_correlation.hpp>
 #include <chasles/slam/step_testing.hpp>
@@ -98,7 +100,7 @@ TEST(UndelayedInitialiser, BeginsLandmarksAtTheirDepthWhileThereIsRoom) {
                                              {.landmark = 1, .camera = 1, .pixel = {310, 200}},
                                              {.landmark = 2, .camera = 0, .pixel = {200, 100}},
                                              {.landmark = 3, .camera = 0, .pixel = {100, 100}}};
-  EXPECT_EQ(UndelayedInitialiser({}).initialise(x, test::pointers(pixels)), 2);
+  EXPECT_EQ(UndelayedInitialiser(DepthRule{}).initialise(x, test::pointers(pixels)), 2);
   const State& now = x.state();
   EXPECT_EQ(now.landmarks.back().id, 2);
   const Eigen::Vector3d p_imu = now.world_T_imu.inverse() * now.landmarks.back().p_world;

@@ -100,13 +100,15 @@ TEST(TrackUpdater, AGrossErrorDoesNotPassTheGate) {
   x.settings.gate = 0.999;
   x.settings.max_landmarks = x.settings.min_landmarks = 0;
   SeenFromClones seen = seen_from_clones(x, random);
-  seen.views[2].second.pixel.x() += 40;
+  seen.views[2].second.pixel.y() += 40;  // across the base of the two cameras
   const State before = x.state();
   TrackUpdater updater(x.settings);
   add(x, updater, seen);
   updater.update(x, camera_bit(0), CloneWindow{});
   EXPECT_EQ(test::distance(x.state(), before), 0);
-  EXPECT_EQ(updater.use(x).used, 0);
+  const TrackUse use = updater.use(x);
+  EXPECT_EQ(use.used, 0);
+  EXPECT_EQ(use.rejected, 1);
 }
 
 // A camera that observes nothing does not end the track.
@@ -156,7 +158,7 @@ TEST(TrackUpdater, MissingLandmarksAreInitialisedAtTheAssumedDepth) {
   for (const LandmarkId id : {kTrack, kTrack + 1}) {
     updater.add(x, {.landmark = id, .camera = 0, .pixel = {300, 200}}, clones.augmented());
   }
-  EXPECT_EQ(updater.initialise_missing(x, UndelayedInitialiser({})), 1);
+  EXPECT_EQ(updater.initialise_missing(x, UndelayedInitialiser(DepthRule{})), 1);
   EXPECT_EQ(x.state().landmarks.back().id, kTrack);
   EXPECT_NEAR(x.state().landmarks.back().inverse_depth.z(), x.settings.inverse_depth, 1e-12);
   EXPECT_EQ(updater.tracks().size(), 1u);

@@ -7,7 +7,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// An IMU without noise and one track, both at a standstill. Returns the frame at each 0.05 s.
+// Samples without noise and forty tracks, all at a standstill. Returns the frame at each 0.05 s.
 FeatureFrame still(ZeroVelocityUpdater& updater, int number) {
   const double t = 0.05 * number;
   for (int i = 0; i < 10; ++i) {
@@ -25,7 +25,9 @@ FeatureFrame still(ZeroVelocityUpdater& updater, int number) {
 // Standstill before the update: the first frame of it becomes a clone.
 struct Standing {
   explicit Standing(double sigma, std::uint64_t seed)
-      : random(seed), x(test::some_context(random)), updater(settings(sigma), {}, 1, 1) {
+      : random(seed),
+        x(test::some_context(random)),
+        updater(settings(sigma), test::imu_noise(), 1, 1) {
     x.settings.zupt_velocity_sigma = sigma;
   }
   static InertialSlamSettings settings(double sigma) {
