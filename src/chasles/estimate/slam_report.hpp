@@ -23,7 +23,7 @@ struct SlamReport {
   int dropped_frames = 0;              ///< late, repeated, or without samples near
   PlaceCounts places = {};             ///< in the prior map
   std::vector<Closure> closures = {};  ///< of a filter that recognises landmarks by appearance
-  /// Of the same: when a search found past landmarks (InertialSlam::recognised).
+  /// Of the same: when a search found past landmarks (LoopCloser::recognised).
   std::vector<Time> recognised = {};
   /// Likewise: the landmarks of its recognised tracks, (id of the track, id of the landmark).
   std::map<LandmarkId, LandmarkId> known_as = {};

@@ -97,8 +97,8 @@ class Estimator {
   InertialSession::OutcomeObserver observer_;
 };
 
-/// The filter of an estimator whose map has a joint covariance (Ekf::visit_map_covariance): that of
-/// stereo-velocity runs. Null: another estimator.
+/// The filter of an estimator whose map has a joint covariance (PastView::visit_map_covariance):
+/// that of stereo-velocity runs. Null: another estimator.
 const Ekf* filter_with_joint_map(const Estimator& estimator);
 
 /// Makes a visual-inertial estimator. A pixel_sigma in the settings overrides the sensors'.
