@@ -72,7 +72,7 @@ TEST(Foxglove, TheCommandsOfThePageRunAndClientsSeeTheRunAndChangeNoByteOfIt) {
   }
   ASSERT_EQ(chasles(folder, "run walk -o alone --quiet").code, 0);
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
-                              "/web/tests/foxglove_run.mjs' '" CHASLES_BINARY "' '" +
+                              "/src/web/tests/foxglove_run.mjs' '" CHASLES_BINARY "' '" +
                               (folder / "walk").string() + "' '" + folder.string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
   EXPECT_GT(files_but_timing(folder / "alone").size(), 5u);

@@ -94,7 +94,7 @@ TEST(Live, InABrowserARunArrivesIsLostComesAgainAndIsStopped) {
   const char* kept = std::getenv("CHASLES_PAGES");
   const std::string pages = kept ? std::string(kept) + "/live" : (folder / "pages").string();
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
-                              "/web/tests/live_page.mjs' '" CHASLES_BINARY "' '" +
+                              "/src/web/tests/live_page.mjs' '" CHASLES_BINARY "' '" +
                               (folder / "hallway").string() + "' '" + pages + "'";
   const int status = std::system(command.c_str());
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";

@@ -33,7 +33,7 @@ class DuOnHisRecordings : public ::testing::Test {
     const Outcome outcome =
         chasles(folder, "run " + data + "/ece276a_2018/" + test + ".npz --truth " + data +
                             "/ground_truth/" + test + "_gt_imu_stars.tum --json --quiet --config " +
-                            CHASLES_SOURCE_DIR "/configs/" + options);
+                            CHASLES_SOURCE_DIR "/studies/configs/" + options);
     EXPECT_TRUE(outcome.code == 0 || outcome.code == 4) << outcome.err;
     return Json::parse(outcome.out);
   }
@@ -66,7 +66,7 @@ TEST_F(DuOnHisRecordings, TheMappingUpdateKeepsTheInitialPositions) {
   const Scratch folder;
   const Outcome outcome =
       chasles(folder, "run " + drives_of_du().string() + "/ece276a_2018/0020.npz --quiet -o run " +
-                          "--config " + CHASLES_SOURCE_DIR "/configs/du-task2-v10.yaml");
+                          "--config " + CHASLES_SOURCE_DIR "/studies/configs/du-task2-v10.yaml");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string landmarks = slurp(folder / "run/landmarks.csv");
   expect_part(landmarks.substr(0, landmarks.find('\n')), "initial_x,initial_y,initial_z");
@@ -90,7 +90,7 @@ TEST(KleinertStilla, AWalkWithoutATruthLiesOnThePlan) {
   for (const std::string chart : {"standard", "left-se3", "right-se3"}) {
     const Outcome done =
         chasles(folder, "run rec --quiet --config " CHASLES_SOURCE_DIR
-                        "/configs/kleinert-stilla.yaml --set start.heading=0.03 --chart " +
+                        "/studies/configs/kleinert-stilla.yaml --set start.heading=0.03 --chart " +
                             chart + " -o " + chart);
     ASSERT_EQ(done.code, 0) << done.err;
     const Trajectory path = read_tum(folder / chart / "trajectory.tum");

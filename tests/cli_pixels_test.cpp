@@ -94,7 +94,7 @@ TEST(RealTracks, OfAnAprilGridNeedNoTruthToBegin) {
   const Scratch folder;
   const auto all = figures(chasles(folder, "run '" + (*data / "euroc/imu_april").string() +
                                                "' --json --quiet --config '" + CHASLES_SOURCE_DIR +
-                                               "/configs/euroc.yaml'"));
+                                               "/studies/configs/euroc.yaml'"));
   EXPECT_LT(all.at("ate_m").get<double>(), 0.02);
   EXPECT_LT(all.at("start_seconds").get<double>(), 3);
 }

@@ -156,7 +156,7 @@ TEST(SettingsSources, LaterOnesWin) {
 }
 
 TEST(SettingsSources, ThePapersParameterSetsAreRead) {
-  const std::string configs = CHASLES_SOURCE_DIR "/configs/";
+  const std::string configs = CHASLES_SOURCE_DIR "/studies/configs/";
   const VelocitySlamSettings one =
       velocity_run_settings_from(
           {.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""})
@@ -178,7 +178,7 @@ TEST(SettingsSources, ThePapersParameterSetsAreRead) {
 // The settings of stereo-velocity runs, of visual-inertial runs and of the simulator.
 TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/configs")) {
+  for (const auto& entry : std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/studies/configs")) {
     const std::string name = entry.path().filename().string(), file = entry.path().string();
     if (name.starts_with("scene-")) {
       SceneChoice scene;

@@ -25,7 +25,7 @@ void expect_page_works(const std::string& text, const std::string& name, const s
   const auto page = folder / (name + ".html");
   make_folder(folder);
   write_file(page, text);
-  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
+  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/src/web/tests/" + script +
                               "' '" + page.string() + "' '" + (folder / name).string() + "' " +
                               steps;
   const int status = std::system(command.c_str());

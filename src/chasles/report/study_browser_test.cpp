@@ -27,7 +27,7 @@ void expect_works_in_a_browser(const std::vector<Study>& studies, const std::str
   const auto page = folder / (name + ".html");
   write_file(page, study_page(studies));
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
-                              "/web/tests/study_page.mjs' '" +
+                              "/src/web/tests/study_page.mjs' '" +
                               page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);

@@ -32,7 +32,7 @@ json read_back(const std::string& bytes) {
   std::filesystem::create_directories(folder);
   write_file(folder / "run.mcap", bytes);
   const std::string command =
-      "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/read_mcap.mjs' '" +
+      "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/src/web/tests/read_mcap.mjs' '" +
       (folder / "run.mcap").string() + "' '" + (folder / "report.json").string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
   json report = json::parse(read_file(folder / "report.json"));
