@@ -178,7 +178,8 @@ TEST(SettingsSources, ThePapersParameterSetsAreRead) {
 // The settings of stereo-velocity runs, of visual-inertial runs and of the simulator.
 TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/studies/configs")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/studies/configs")) {
     const std::string name = entry.path().filename().string(), file = entry.path().string();
     if (name.starts_with("scene-")) {
       SceneChoice scene;
