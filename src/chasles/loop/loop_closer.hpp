@@ -26,7 +26,7 @@ struct LoopSettings {
   PriorMapUse prior_map = PriorMapUse::kEstimated;
   int recognisable = 1500;
   int max_rejections = 5;
-  LoopNoise noise;
+  LoopNoise noise = {};
 };
 
 /// A frame, as the filter has it.

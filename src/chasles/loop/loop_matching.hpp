@@ -33,7 +33,7 @@ struct ObservedLandmark {
   LandmarkId id = 0;
   int index = 0;  ///< into the state's landmarks
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  PatchView view;
+  PatchView view = {};
 };
 
 /// A past landmark that appears like some of the observed ones.
