@@ -33,7 +33,8 @@ std::string chart_help() {
 void declare_input(CLI::App& parser, RunCommandOptions& o) {
   parser
       .add_option("RECORDING", o.input.recording,
-                  "ECE276A .npz, STARS .mat, AprilGrid folder, or a recording folder")
+                  "EuRoC, KITTI or image folder, bag of ROS 1 or ROS 2, ECE276A .npz, STARS .mat, "
+                  "AprilGrid tracks, or the project's own folder (docs/formats.md)")
       ->required()
       ->type_name("");
   const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {

@@ -33,7 +33,7 @@ def from_arrays(*, imu_time: Any, angular_rate: Any, specific_force: Any, image_
 
     Raises InputError for shapes that do not fit, times that do not rise, rates that no sensor has (microseconds as ints)
     and numbers that are not finite. An image of another size than its camera's is an InputError where it is read; of a
-    sequence, the first frame is processed at once."""
+    sequence, the first frame is examined at once."""
     rig = _rig(cameras)
     times = numpy.asarray(image_time)
     if not callable(images) and not hasattr(images, "__getitem__"):

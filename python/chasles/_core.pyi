@@ -140,7 +140,7 @@ class Recording:
 
         Raises InputError for shapes that do not fit, times that do not rise, rates that no sensor has (microseconds as ints)
         and numbers that are not finite. An image of another size than its camera's is an InputError where it is read; of a
-        sequence, the first frame is processed at once."""
+        sequence, the first frame is examined at once."""
     def images(self, index: int) -> list[Optional[Image]]:
         """The images of a frame: for each camera an array (height, width) of uint8, or None."""
     def tracks(self, index: int) -> dict[str, NDArray[Any]]:

@@ -50,7 +50,8 @@ endfunction()
 
 # What is in no loop that counts, and large: with -O1 g++ takes a quarter less time than with -O3, with
 # -O0 Clang takes half. Not for folders that share much with the filter: of a template's copies the linker
-# takes the first one that it meets, and with data/, eval/ and lab/ so too a drive took seven times as long.
+# takes the first one that it meets, and with codec/, recording/, run_folder/, eval/ and lab/ so too a
+# stereo-velocity run took seven times as long.
 function(chasles_cold target)
   target_compile_options(${target} PRIVATE
     $<$<CONFIG:Release,RelWithDebInfo>:$<IF:$<CXX_COMPILER_ID:Clang>,-O0,-O1>>)

@@ -1,4 +1,4 @@
-# OpenCV's modules one by one. The program uses ORB alone (recognise/); tests and benchmarks compare with the
+# OpenCV's modules one by one. The program uses ORB alone (loop/); tests and benchmarks compare with the
 # others. Debian's OpenCVConfig.cmake comes with libopencv-dev, which brings 170 packages, VTK among them, of which
 # nothing is used here. The shared libraries know their own dependencies.
 #

@@ -49,7 +49,7 @@ inline CameraSet camera_bit(int camera) {
 }
 
 /// The cameras that observe anything in this frame. One that does not may have had no image: that
-/// it does not observe a landmark contains nothing about the landmark.
+/// it does not observe a landmark says nothing about the landmark.
 inline CameraSet observing(const FeatureFrame& frame) {
   CameraSet cameras = 0;
   for (const PixelObservation& o : frame.pixels) cameras |= camera_bit(o.camera);

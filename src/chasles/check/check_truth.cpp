@@ -15,7 +15,7 @@ namespace {
 constexpr double kGravityLean = 3;               // [deg]
 constexpr Time kTurn = std::chrono::seconds(1);  // over which turns are compared
 constexpr std::size_t kFewestTurns = 5;
-constexpr double kLeastTurn = 5;  // of turns that determine something [deg]
+constexpr double kLeastTurn = 5;  // of turns that count [deg]
 
 constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 

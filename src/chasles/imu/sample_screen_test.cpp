@@ -100,7 +100,7 @@ TEST(SampleScreen, ReleasesNoneOfAFrozenSensor) {
   expect_left_out(samples, out);
 }
 
-// Numbers as at a standstill determine nothing: a walker's are so at every eighth sample.
+// Numbers as at a standstill show nothing: a walker's are so at every eighth sample.
 TEST(SampleScreen, FreezesAtNumbersAsAtStandstillToo) {
   auto samples = swing(1000);
   std::vector<std::size_t> out;

@@ -67,7 +67,7 @@ void assess(const RefinedMotion& refined, const LinearMotion& linear, double off
   const double v_sigma = largest_sigma(refined.covariance.block<3, 3>(2, 2));
   const double tilt = largest_sigma(refined.covariance.topLeftCorner<2, 2>());
   requirements.push_back(
-      at_most("difference of gravity's magnitude", std::abs(linear.free_gravity - s.gravity),
+      at_most("error of gravity's magnitude", std::abs(linear.free_gravity - s.gravity),
               std::hypot(s.max_gravity_deviation, 3 * linear.free_gravity_sigma), "m/s^2"));
   requirements.push_back(
       at_most("uncertainty of the scale (of velocity, against the speed)", 100 * v_sigma / speed,

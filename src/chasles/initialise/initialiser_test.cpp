@@ -13,7 +13,7 @@
 #include <chasles/initialise/static_conditions.hpp>
 #include <chasles/initialise/static_start.hpp>
 
-// The parts of the initialisation that need no simulator; the whole is in lab/initialiser_test.cpp.
+// The parts of the initialisation without a simulator; the whole is in initialiser_motion_test.cpp.
 
 namespace chasles {
 namespace {

@@ -87,7 +87,7 @@ const std::vector<Requirement>& static_conditions(std::span<const ImuSample> sam
                                  s.static_noise_factor * means.accelerometer_expected, "m/s^2"));
   requirements.push_back(at_most("mean angular rate", means.angular_rate_imu.norm(),
                                  kBiasReach * s.gyroscope_bias_sigma, "rad/s"));
-  requirements.push_back(at_most("difference of gravity's magnitude",
+  requirements.push_back(at_most("error of gravity's magnitude",
                                  std::abs(means.specific_force_imu.norm() - s.gravity),
                                  kBiasReach * s.accelerometer_bias_sigma, "m/s^2"));
   if (!all_met(requirements)) return requirements;

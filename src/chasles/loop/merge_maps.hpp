@@ -34,7 +34,7 @@ struct MergedMaps {
 };
 
 /// Merges maps at the places that they saw. The information of each counts once: what a landmark of
-/// one map contains about the same landmark of another corrects both maps as wholes. A part that is
+/// one map adds to the same landmark of another corrects both maps as wholes. A part that is
 /// given twice counts once. The result depends on the parts only, not on the order in which they
 /// are given. Throws InputError where maps have no place in common with the others, contradict them
 /// there, or where two have sessions of one recording.

@@ -327,7 +327,7 @@ TEST_F(ImageFolder, ACalibrationOfAnotherSizeIsFoundAtOnce) {
   std::string text = kCalibration;
   test::spill(folder / "calibration.yaml", text.replace(text.find("[8, 6]"), 6, "[4, 3]"));
   expect_parts(error(), {"5000000.png", "8 x 6", "4 x 3", "take a calibration of this size"});
-  // A damaged image contains nothing about the size, and the next one does.
+  // A damaged image does not show the size, and the next one does.
   test::spill(folder / "images/cam0/5000000.png", "half");
   expect_parts(error(), {"10000000.png", "8 x 6"});
 }

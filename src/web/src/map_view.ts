@@ -131,7 +131,7 @@ export class MapView extends Plane {
     return this.axes.map((name) => axis[name]);
   }
 
-  /** Whether ellipses are large enough on the screen, and few enough, to determine something. */
+  /** Whether ellipses are large enough on the screen, and few enough, to show something. */
   zoomedIn(): boolean {
     const sets = [this.landmarks, ...(this.savedMap ? [this.savedMap.marks] : [])];
     let visible = 0, all = 0;
