@@ -47,7 +47,7 @@ package:  ## Debian packages, source tarball, files for conda and vcpkg: out/pac
 	@tools/deps build package
 	@tools/package
 
-ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share for ROS_PACKAGE_PATH
+ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros/ros1/share for ROS_PACKAGE_PATH
 	@tools/deps build test ros1
 	cmake --preset release -DCHASLES_ROS1=ON
 	cmake --build --preset program --target chasles chasles_ros chasles_ros1_test chasles_ros1_messages_test

@@ -122,7 +122,7 @@ TEST(LoopCloser, KeepsNothingWhereNothingIsRecognised) {
   EXPECT_FALSE(search(x, frame_of({100})));
 }
 
-TEST(LoopCloser, CountsUndoneClosuresInTheOrderOfTime) {
+TEST(LoopCloser, ListsUndoneClosuresInTheOrderOfTime) {
   LeavingLandmarks x(Recognise::kAppearance);
   const std::vector<Closure> first{{.time = from_seconds(5)}}, second{{.time = from_seconds(3)}};
   x.closer.note_undone(first);

@@ -254,7 +254,7 @@ TEST(InertialSlam, AnOutageIsPredictedOverWithAConsistentCovarianceAndRecoveredF
   EXPECT_LT(averages(trial).nees_pose, 18);
 }
 
-TEST(InertialSlam, SamplesThatAreMissingOrNotFiniteAreBridgedAndCounted) {
+TEST(InertialSlam, SamplesThatAreMissingOrNotFiniteAreBridged) {
   Recording recording = simulate_inertial(short_hallway(), 0);
   recording.imu[300].angular_rate_imu.x() = std::numeric_limits<double>::quiet_NaN();
   recording.imu.erase(recording.imu.begin() + 500, recording.imu.begin() + 508);
