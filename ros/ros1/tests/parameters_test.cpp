@@ -66,7 +66,9 @@ TEST(Ros1Parameters, ReadsThoseOfTheNode) {
   tree["path_period"] = 2;  // YAML knows no difference
   tree["base_T_imu"] = list(1, 2.5, 3, 0, 0, 0, 1.0);
   tree["estimator"] = "window:5";
+  tree["map_frame"] = "site";
   const NodeParameters p = parameters_from(tree);
+  EXPECT_EQ(p.map_frame, "site");
   EXPECT_EQ(p.camera_topics, (std::vector<std::string>{"/a", "/b"}));
   EXPECT_EQ(p.cameras, 1u);
   EXPECT_TRUE(p.robot.lossless);
