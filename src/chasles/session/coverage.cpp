@@ -7,7 +7,7 @@
 namespace chasles {
 namespace {
 
-std::string cause_of(const Coverage& coverage, const CoverageCauses& causes) {
+std::string cause_of(const FrameCoverage& coverage, const CoverageCauses& causes) {
   const std::size_t missing = coverage.frames - coverage.estimated;
   if (causes.start_seconds && 2 * coverage.before_start >= missing) {
     return fmt::format(": the start was found only after {:.1f} s", *causes.start_seconds);
@@ -23,11 +23,11 @@ std::string cause_of(const Coverage& coverage, const CoverageCauses& causes) {
 
 }  // namespace
 
-double Coverage::share() const {
+double FrameCoverage::share() const {
   return frames == 0 ? 0 : static_cast<double>(estimated) / static_cast<double>(frames);
 }
 
-std::string coverage_remark(const Coverage& coverage, const CoverageCauses& causes) {
+std::string coverage_remark(const FrameCoverage& coverage, const CoverageCauses& causes) {
   if (coverage.share() >= kLeastCoverage) return {};
   return fmt::format("estimated {} of {} frames{}", coverage.estimated, coverage.frames,
                      cause_of(coverage, causes));

@@ -7,7 +7,7 @@
 namespace chasles {
 
 /// How many frames of a recording a run estimated.
-struct Coverage {
+struct FrameCoverage {
   /// Frames with an estimate that is not lost. A window or batch with fewer keyframes than frames
   /// estimates the frames between them too.
   std::size_t estimated = 0;
@@ -28,6 +28,6 @@ struct CoverageCauses {
 };
 
 /// Says how many frames were estimated, and the likely cause; empty for a sufficient coverage.
-std::string coverage_remark(const Coverage& coverage, const CoverageCauses& causes);
+std::string coverage_remark(const FrameCoverage& coverage, const CoverageCauses& causes);
 
 }  // namespace chasles

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json counts_json(const Run& run, const Coverage& coverage) {
+Json counts_json(const Run& run, const FrameCoverage& coverage) {
   long observations = 0, used = 0, rejected = 0, dof = 0, degraded = 0;
   double nis = 0;
   for (const RunState& s : run.states) {
@@ -112,7 +112,7 @@ void add_kernels(Json& json, std::vector<std::string>& remarks) {
 
 }  // namespace
 
-std::string run_health(const std::vector<RunState>& states, const Coverage& coverage) {
+std::string run_health(const std::vector<RunState>& states, const FrameCoverage& coverage) {
   const auto count = [&](const char* health) {
     return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
   };
@@ -140,7 +140,7 @@ Json evaluation_json(const Run& run, const std::string& chart, bool attitudes,
   }
 }
 
-Json run_json(const Run& run, const Coverage& coverage, const std::string& mode,
+Json run_json(const Run& run, const FrameCoverage& coverage, const std::string& mode,
               const std::string& chart, const std::vector<TrueLandmark>& true_landmarks,
               std::vector<std::string>& remarks, bool truth_attitudes) {
   Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};

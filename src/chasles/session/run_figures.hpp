@@ -15,7 +15,7 @@ namespace chasles {
 
 /// Health of a run: "lost" if its last frame is lost; "degraded" if any frame is lost, more than a
 /// tenth are degraded, or the coverage is below kLeastCoverage; otherwise "ok".
-std::string run_health(const std::vector<RunState>& states, const Coverage& coverage);
+std::string run_health(const std::vector<RunState>& states, const FrameCoverage& coverage);
 
 /// The figures by name; a figure without a value is null.
 nlohmann::ordered_json figures_json(const Evaluation& evaluation);
@@ -26,8 +26,8 @@ nlohmann::ordered_json evaluation_json(const Run& run, const std::string& chart,
                                        std::vector<std::string>& remarks);
 
 /// The first part of summary.json: name, version, mode, chart, counts, figures, pairing.
-nlohmann::ordered_json run_json(const Run& run, const Coverage& coverage, const std::string& mode,
-                                const std::string& chart,
+nlohmann::ordered_json run_json(const Run& run, const FrameCoverage& coverage,
+                                const std::string& mode, const std::string& chart,
                                 const std::vector<TrueLandmark>& true_landmarks,
                                 std::vector<std::string>& remarks, bool truth_attitudes = true);
 

@@ -87,7 +87,7 @@ class Recorder : public RunObserver {
 
   RecordedRun finish(RunReport report) {
     if (result_.realtime) result_.realtime->frames = report.played;
-    Coverage& coverage = result_.coverage;
+    FrameCoverage& coverage = result_.coverage;
     coverage.frames = report.interrupted ? frames_ : frame_count(recording_);
     coverage.estimated = std::min(
         coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));

@@ -42,7 +42,7 @@ struct RecordedRun {
   std::optional<double> start_seconds;  ///< from the first frame to the first estimate [s]
   /// From the first frame to that which completed the first estimate [s].
   std::optional<double> initialised_seconds;
-  Coverage coverage;
+  FrameCoverage coverage;
   int zupt_frames = 0;                      ///< frames with a zero-velocity update
   std::map<Degradation, int> degradations;  ///< numbers of degraded frames, by their reasons
   std::optional<double> nees_state;         ///< mean; if the truth has velocity and biases
