@@ -201,7 +201,6 @@ std::optional<State> Ekf::updated_mean(std::span<const Measurement> measurements
   return mean;
 }
 
-// Fills the report and the list of accepted measurements.
 namespace {
 
 // residual^T S^-1 residual of the latest measurement in the report, without what the gate leaves

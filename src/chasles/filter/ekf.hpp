@@ -122,7 +122,7 @@ class Ekf {
   /// Kleinert & Stilla's composition step: moves the world frame to the current IMU frame, exactly.
   /// The information on the pose goes to nav_T_world and to all states in world coordinates
   /// (docs/derivations.md, D52). No predicted measurement or NIS changes. Throws UsageError with
-  /// keep_map or without nav_T_world.
+  /// Map::kHistory or without nav_T_world.
   void compose();
 
   void add(std::span<const NewLandmark> landmarks);

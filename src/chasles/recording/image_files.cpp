@@ -8,7 +8,6 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/codec/image_range.hpp>
-#include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/time_order.hpp>
 #include <chasles/recording/image_files.hpp>
@@ -121,19 +120,6 @@ int used_bits(const CameraFiles& camera, const ImageSize& size, std::size_t inde
 }
 
 }  // namespace
-
-std::vector<StampedFile> files_named_by_time(const fs::path& folder) {
-  std::vector<StampedFile> images;
-  for (const std::string& name : names_in(folder)) {
-    if (!is_image_name(name)) continue;
-    const std::string where =
-        fmt::format("{}: the name of an image without a times.csv", (folder / name).string());
-    images.push_back(
-        {.time = parse_nanoseconds(where, fs::path(name).stem().string()), .file = name});
-  }
-  std::ranges::stable_sort(images, {}, &StampedFile::time);  // 50.png comes before 100.png
-  return images;
-}
 
 std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cameras,
                                                     const std::vector<Camera>& rig, Time tolerance,

@@ -22,10 +22,6 @@ struct CameraFiles {
   std::vector<StampedFile> images;
 };
 
-/// The images of a folder without a table of images, named by their times in nanoseconds
-/// (1403636584763555584.png). Throws InputError for an image whose name is not a number.
-std::vector<StampedFile> files_named_by_time(const std::filesystem::path& folder);
-
 /// The images of a rig, read on request. Each image of the first camera makes a frame, with those
 /// of the others within `tolerance` (pair_images). The function corrects, and counts in `remarks`:
 /// images that are not in order of time, repeated times (the first image stays), missing files, and

@@ -113,8 +113,8 @@ class InertialSlam {
   UndelayedInitialiser undelayed_;
   FilterHealth health_;
   UsableObservations usable_;
-  Time since_{};                           ///< the frame before
-  std::shared_ptr<InertialSlam> without_;  ///< the landmarks that returned, until it is taken
+  Time since_{};                           ///< time since the frame before
+  std::shared_ptr<InertialSlam> without_;  ///< a copy without the landmarks that returned
 };
 
 }  // namespace chasles

@@ -115,6 +115,26 @@ TEST(StudyHooks, DoNothingByDefault) {
   SlamContext x = test::some_context(random);
   EXPECT_FALSE(hooks.compose_when_due(x.filter, from_seconds(100)));
   EXPECT_EQ(hooks.noise_inflation({}), 1);
+  Measurement z;
+  ASSERT_TRUE(measure_pixel(x.camera(0), 1, x.state(), 0, {300, 200}, x.linearisation(), 0, z));
+  const Measurement analytic = z;
+  hooks.differentiate(x.filter, x.camera(0), z);
+  EXPECT_EQ(z.d_core, analytic.d_core);
+  EXPECT_EQ(z.d_landmark, analytic.d_landmark);
+}
+
+TEST(StudyHooks, NumericDerivativesAreNearTheAnalyticOnesButNotTheSame) {
+  InertialSlamSettings settings;
+  settings.numeric_jacobians = true;
+  const StudyHooks hooks(settings, {});
+  test::Random random(4);
+  const SlamContext x = test::some_context(random);
+  Measurement z;
+  ASSERT_TRUE(measure_pixel(x.camera(0), 1, x.state(), 0, {300, 200}, x.linearisation(), 0, z));
+  const Measurement analytic = z;
+  hooks.differentiate(x.filter, x.camera(0), z);
+  EXPECT_TRUE(test::agree(z.d_landmark, analytic.d_landmark, 1e-5));
+  EXPECT_NE(z.d_landmark, analytic.d_landmark);
 }
 
 TEST(StudyHooks, InflateTheNoiseOfYoungLandmarksAndComposeOnTime) {

@@ -30,7 +30,7 @@ class KeptPast {
     kFrozen,   ///< each keeps its mean and covariance; later measurements do not change them
     kHistory,  ///< map() has what later measurements say about them; no clones, calibration or nav
     kPast,     ///< so has estimates(), of poses too; they can return into the state
-    kDense,    ///< they stay in one dense covariance, at a cost that grows: a reference for tests
+    kDense,    ///< they stay in one dense covariance, at a cost that grows (compress_map=false)
   };
   struct Options {
     Map map = Map::kHistory;
