@@ -8,7 +8,7 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
-#include <chasles/session/run_folder.hpp>
+#include <chasles/session/report_run.hpp>
 
 #include "print.hpp"
 #include "subcommands.hpp"

@@ -11,7 +11,7 @@
 #include <chasles/report/study.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/session/interrupt.hpp>
-#include <chasles/session/run_folder.hpp>
+#include <chasles/session/report_run.hpp>
 
 #include "follow_run.hpp"
 #include "live_view.hpp"

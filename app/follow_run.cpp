@@ -9,7 +9,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/run_folder/growing_run.hpp>
-#include <chasles/session/run_folder.hpp>
+#include <chasles/session/report_run.hpp>
 
 namespace chasles::app {
 namespace {

@@ -38,7 +38,7 @@ void LiveFrames::note_outcomes(const FeatureFrame& frame, std::span<const PixelO
   if (shown_ != frame.time) return;
   for (const PixelOutcome& one : outcomes) {
     const auto found = features_.find({one.observation.camera, one.observation.landmark});
-    if (found != features_.end()) found->second.assessed = one;
+    if (found != features_.end()) found->second.seen = one;
   }
 }
 

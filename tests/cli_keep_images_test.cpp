@@ -63,10 +63,10 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
     EXPECT_LT(image.jpeg.size(), 40'000u) << "the limit of --help";
     int used = 0, rejected = 0;
     for (const RunFeature& f : image.features) {
-      ++outcomes[f.assessed.outcome];
-      used += f.assessed.outcome == chasles::Outcome::kUsed;
-      rejected += f.assessed.outcome == chasles::Outcome::kRejected;
-      const Eigen::Vector2d& p = f.assessed.observation.pixel;
+      ++outcomes[f.seen.outcome];
+      used += f.seen.outcome == chasles::Outcome::kUsed;
+      rejected += f.seen.outcome == chasles::Outcome::kRejected;
+      const Eigen::Vector2d& p = f.seen.observation.pixel;
       EXPECT_TRUE(p.x() >= 0 && p.y() >= 0 && p.x() < image.width && p.y() < image.height);
     }
     const auto state = state_of(image);

@@ -14,7 +14,7 @@
 #include <chasles/run_folder/run.hpp>
 #include <chasles/session/map_output.hpp>
 #include <chasles/session/output_folder.hpp>
-#include <chasles/session/run_folder.hpp>
+#include <chasles/session/report_run.hpp>
 #include <chasles/session/run_job.hpp>
 
 #include "arrays.hpp"

@@ -88,7 +88,7 @@ PYBIND11_MODULE(_core, m) {
   bind_slam(m);
   bind_imu(m);
   bind_evaluation(m);
-  bind_lab(m);
+  bind_charts(m);
   bind_alignment(m);
   bind_checks(m);
   bind_errors_of_runs(m);

@@ -20,7 +20,7 @@ void bind_realtime(pybind11::module_& m);
 void bind_slam(pybind11::module_& m);
 void bind_imu(pybind11::module_& m);
 void bind_evaluation(pybind11::module_& m);
-void bind_lab(pybind11::module_& m);
+void bind_charts(pybind11::module_& m);
 void bind_alignment(pybind11::module_& m);
 void bind_checks(pybind11::module_& m);
 void bind_errors_of_runs(pybind11::module_& m);

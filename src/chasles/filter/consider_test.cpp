@@ -211,7 +211,7 @@ TEST(Consider, BadCallsAreErrors) {
   EXPECT_THROW(ekf.revive(std::array{frame + 1}), UsageError) << "it is in the state";
   ekf.retire(std::array{static_cast<int>(ekf.state().landmarks.size()) - 1});
   const Eigen::Index rows = ekf.covariance().rows();
-  ekf.marginalise(std::array{frame + 1});
+  ekf.bar_return(std::array{frame + 1});
   EXPECT_EQ(ekf.covariance().rows(), rows - 3);
   EXPECT_THROW(ekf.revive(std::array{frame + 1}), UsageError) << "it is marginalised";
   Ekf frozen = test::inertial_filter(kStandardChart, random, false, false);

@@ -158,7 +158,7 @@ class Ekf {
   int consider(PriorMap prior);
 
   /// These past landmarks (numbers of past()) do not return: the return of others costs less.
-  void marginalise(std::span<const int> numbers);
+  void bar_return(std::span<const int> numbers);
 
   /// What is known now of the states that have left, and of the whole map.
   PastView past() const { return {past_, state_, covariance_}; }

@@ -74,8 +74,8 @@ void Ekf::revive_considered(const std::vector<int>& numbers) {
 }
 
 // The rows of a considered landmark are given up where it was in the state.
-void Ekf::marginalise(std::span<const int> numbers) {
-  for (const int number : numbers) past_.marginalise(number);
+void Ekf::bar_return(std::span<const int> numbers) {
+  for (const int number : numbers) past_.bar_return(number);
   if (!state_.considered) return;
   for (const int number : numbers) {
     const auto gone = std::erase_if(state_.considered->away,

@@ -145,7 +145,7 @@ class Wanderer {
     for (int number = before; number < ekf_.past().states(); ++number) left.push_back(number);
     for (const int number : left) {
       if (case_.marginalises && number % 3 == 0) {
-        ekf_.marginalise(std::array{number});
+        ekf_.bar_return(std::array{number});
       } else {
         inactive_.push_back(number);
       }

@@ -89,7 +89,7 @@ std::optional<InertialStart> Initialiser::add(const FeatureFrame& frame) {
   ++counts_.attempts;
   requirements_.clear();
   if (auto start = try_static()) return start;
-  return try_in_motion();
+  return try_dynamic();
 }
 
 void Initialiser::note(const char* way, std::vector<Requirement> requirements) {
@@ -118,7 +118,7 @@ std::optional<InertialStart> Initialiser::try_static() {
   return static_start(end, standstill_means(samples, noise_), noise_, settings_);
 }
 
-std::optional<InertialStart> Initialiser::try_in_motion() {
+std::optional<InertialStart> Initialiser::try_dynamic() {
   std::vector<FeatureFrame> keyframes;
   for (const std::size_t i : choose_keyframes(window_.size(), settings_.keyframes)) {
     keyframes.push_back(window_[i]);

@@ -53,7 +53,7 @@ class Initialiser {
  private:
   bool take(const FeatureFrame& frame);
   std::optional<InertialStart> try_static();
-  std::optional<InertialStart> try_in_motion();
+  std::optional<InertialStart> try_dynamic();
   void note(const char* way, std::vector<Requirement> requirements);
   void restart();
 

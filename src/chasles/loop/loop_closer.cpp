@@ -30,7 +30,7 @@ void bound_considered(Ekf& filter, PastLandmarks& past) {
   while (considered && considered->away.size() > kMostAway) {
     const Landmark& first = considered->away.front();
     past.erase(first.id);
-    filter.marginalise(std::array{*first.considered});
+    filter.bar_return(std::array{*first.considered});
   }
 }
 
@@ -176,7 +176,7 @@ void LoopCloser::leave_out(const LoopReturn& found, Ekf& filter) {
     numbers.push_back(old.past->number);
     past_.erase(old.id);
   }
-  filter.marginalise(numbers);
+  filter.bar_return(numbers);
   if (found.by_appearance()) compatible_.clear();
 }
 
@@ -308,8 +308,8 @@ bool LoopCloser::may_return(const Landmark& landmark, const PastLandmark& past, 
           choice_.choose(landmark.id, past.p_nav, distance, past.appearance.views().front().from));
 }
 
-void LoopCloser::marginalise_others(Ekf& filter) {
-  filter.marginalise(not_returning_);
+void LoopCloser::bar_others(Ekf& filter) {
+  filter.bar_return(not_returning_);
   bound_considered(filter, past_);
 }
 

@@ -53,7 +53,7 @@ struct LoopReturn {
 /// their appearance, and return into it where they are recognised. It also finds the place of the
 /// run in a map of an earlier one, and knows what a later run can recognise.
 /// The steps of a frame are search(), close() and, at its end, note_leaving() and
-/// marginalise_others().
+/// bar_others().
 class LoopCloser {
  public:
   /// `prior`: a map in which the run looks for its place, with Recognise::kAppearance.
@@ -92,7 +92,7 @@ class LoopCloser {
   void note_leaving(std::span<const int> leaving, const Ekf& filter, const LandmarkRecords& records,
                     Time now);
   /// After they have left: those that do not return are discarded by the filter.
-  void marginalise_others(Ekf& filter);
+  void bar_others(Ekf& filter);
 
   /// Of the last return, and of the last frame: the landmarks that left because the gate had
   /// rejected them too often.

@@ -24,7 +24,7 @@ struct LeavingLandmarks {
     closer.note_leaving(indices, filter, records, at.now);
     remove(records, indices);
     filter.retire(indices);
-    closer.marginalise_others(filter);
+    closer.bar_others(filter);
   }
 
   test::Random random;

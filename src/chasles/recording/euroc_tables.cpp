@@ -9,7 +9,6 @@
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/imu_noise.hpp>
@@ -17,6 +16,7 @@
 #include <chasles/recording/inertial_tables.hpp>
 #include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/lens.hpp>
+#include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 
 namespace chasles {

@@ -9,9 +9,9 @@
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/image_files.hpp>
 #include <chasles/recording/paired_images.hpp>
+#include <chasles/recording/time_order.hpp>
 
 namespace chasles {
 namespace {

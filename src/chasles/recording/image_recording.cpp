@@ -5,9 +5,9 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/parse.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/sample_batches.hpp>
+#include <chasles/recording/time_order.hpp>
 #include <chasles/recording/time_spans.hpp>
 
 namespace chasles {

@@ -5,13 +5,13 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/folder_names.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/kitti_calibration.hpp>
 #include <chasles/recording/kitti_oxts.hpp>
 #include <chasles/recording/lens.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/recording/time_order.hpp>
 
 namespace chasles {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/sample_batches.hpp>
+#include <chasles/recording/time_order.hpp>
 
 namespace chasles {
 namespace {

@@ -6,10 +6,10 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/base/median.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/sample_batches.hpp>
 #include <chasles/recording/split_imu.hpp>
+#include <chasles/recording/time_order.hpp>
 #include <chasles/recording/time_spans.hpp>
 
 namespace chasles {

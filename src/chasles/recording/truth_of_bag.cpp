@@ -10,10 +10,10 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/bags/bag_file.hpp>
 #include <chasles/recording/bags/bag_paths.hpp>
 #include <chasles/recording/bags/ros_messages.hpp>
+#include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 
 namespace chasles {

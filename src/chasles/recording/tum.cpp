@@ -17,10 +17,10 @@
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/pose_columns.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 
 namespace chasles {

@@ -46,8 +46,8 @@ struct Shape {
 };
 
 Shape shape(const RunFeature& f) {
-  if (!f.assessed.expected) return {};
-  const Eigen::Matrix2d& S = f.assessed.expected->covariance;
+  if (!f.seen.expected) return {};
+  const Eigen::Matrix2d& S = f.seen.expected->covariance;
   const double u = std::sqrt(S(0, 0)), v = std::sqrt(S(1, 1));
   return {.sigma_u = whole(u, 0.01),
           .sigma_v = whole(v, 0.01),
@@ -58,12 +58,12 @@ void add_features(Json& json, const std::vector<const RunFeature*>& features) {
   const auto add = [&](const char* name, const auto& of) {
     json[name] = ints(features, [&](const RunFeature* f) -> int { return of(*f); });
   };
-  const auto pixel = [](const RunFeature& f) { return f.assessed.observation.pixel; };
+  const auto pixel = [](const RunFeature& f) { return f.seen.observation.pixel; };
   json["id"] = double_column(values<double>(features, [](const RunFeature* f) {
-    return static_cast<double>(f->assessed.observation.landmark);
+    return static_cast<double>(f->seen.observation.landmark);
   }));
   add("age", [](const RunFeature& f) { return f.age; });
-  add("outcome", [](const RunFeature& f) { return static_cast<int>(f.assessed.outcome); });
+  add("outcome", [](const RunFeature& f) { return static_cast<int>(f.seen.outcome); });
   for (const auto& [axis, k] : {std::pair{"u", 0}, {"v", 1}}) {
     const auto to = [&pixel, k = k](const RunFeature& f, const Eigen::Vector2d& p) {
       return whole(p(k) - pixel(f)(k), 0.01);
@@ -71,9 +71,8 @@ void add_features(Json& json, const std::vector<const RunFeature*>& features) {
     add(axis, [&pixel, k = k](const RunFeature& f) { return whole(pixel(f)(k), 0.1); });
     add(k == 0 ? "before_u" : "before_v",
         [&](const RunFeature& f) { return f.before ? to(f, *f.before) : 0; });
-    add(k == 0 ? "expected_u" : "expected_v", [&](const RunFeature& f) {
-      return f.assessed.expected ? to(f, f.assessed.expected->pixel) : 0;
-    });
+    add(k == 0 ? "expected_u" : "expected_v",
+        [&](const RunFeature& f) { return f.seen.expected ? to(f, f.seen.expected->pixel) : 0; });
   }
   add("sigma_u", [](const RunFeature& f) { return shape(f).sigma_u; });
   add("sigma_v", [](const RunFeature& f) { return shape(f).sigma_v; });

@@ -41,8 +41,8 @@ TEST(PageImages, HoldWhatWasKept) {
   is("id", 2, 0);
   is("age", 3, 0);
   is("outcome", static_cast<int>(Outcome::kUsed), 0);
-  is("u", 10 * f.assessed.observation.pixel.x(), 0.5);
-  is("v", 10 * f.assessed.observation.pixel.y(), 0.5);
+  is("u", 10 * f.seen.observation.pixel.x(), 0.5);
+  is("v", 10 * f.seen.observation.pixel.y(), 0.5);
   is("before_u", -600, 0.5);
   is("before_v", -150, 0.5);
   is("expected_u", 50, 0.5);
@@ -85,8 +85,8 @@ TEST(PageImages, ARunWithoutThemOrWithoutStatesHasNone) {
 TEST(PageImages, WhatIsNotFiniteIsLeftOut) {
   auto run = with_images().run;
   RunFeature& f = run.images[0].features[2];
-  f.assessed.expected->covariance(0, 0) = std::nan("");
-  f.assessed.expected->pixel.x() = std::nan("");
+  f.seen.expected->covariance(0, 0) = std::nan("");
+  f.seen.expected->pixel.x() = std::nan("");
   const json camera = images_json(run, kPagePictures)[0];
   EXPECT_EQ(column(camera["sigma_u"])[2], 0);
   EXPECT_EQ(column(camera["expected_u"])[2], 0);

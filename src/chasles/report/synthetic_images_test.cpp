@@ -21,13 +21,13 @@ std::string picture(int frame) {
 
 RunFeature feature(int id, int camera, int frame) {
   const Eigen::Vector2d pixel(10 + 14 * id + 0.25 * (frame % 20), 12 + 8 * id);
-  RunFeature f{.assessed = {.observation = {.landmark = id, .camera = camera, .pixel = pixel},
-                            .outcome = static_cast<Outcome>(id % 4)},
+  RunFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = pixel},
+                        .outcome = static_cast<Outcome>(id % 4)},
                .age = frame + 1};
   if (frame > 0) f.before = pixel - Eigen::Vector2d(6, 1.5);
-  if (f.assessed.outcome != Outcome::kUsed && f.assessed.outcome != Outcome::kRejected) return f;
-  const double far = f.assessed.outcome == Outcome::kUsed ? 0.5 : 9;
-  f.assessed.expected =
+  if (f.seen.outcome != Outcome::kUsed && f.seen.outcome != Outcome::kRejected) return f;
+  const double far = f.seen.outcome == Outcome::kUsed ? 0.5 : 9;
+  f.seen.expected =
       ExpectedPixel{.pixel = pixel + Eigen::Vector2d(far, -far),
                     .covariance = (Eigen::Matrix2d() << 1.5, 0.4, 0.4, 0.75).finished()};
   return f;

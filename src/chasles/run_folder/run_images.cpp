@@ -30,9 +30,9 @@ std::string picture_name(const RunImage& image) {
 void append_features(const RunImage& image, fmt::memory_buffer& rows) {
   const Eigen::Vector2d none(kNone, kNone);
   for (const RunFeature& f : image.features) {
-    const PixelObservation& seen = f.assessed.observation;
+    const PixelObservation& seen = f.seen.observation;
     const Eigen::Vector2d before = f.before.value_or(none);
-    const ExpectedPixel expected = f.assessed.expected.value_or(
+    const ExpectedPixel expected = f.seen.expected.value_or(
         ExpectedPixel{.pixel = none, .covariance = Eigen::Matrix2d::Constant(kNone)});
     const Eigen::Matrix2d& S = expected.covariance;
     fmt::format_to(std::back_inserter(rows),
@@ -40,7 +40,7 @@ void append_features(const RunImage& image, fmt::memory_buffer& rows) {
                    "{}\n",
                    image.time.count(), image.camera, seen.landmark, seen.pixel.x(), seen.pixel.y(),
                    f.age, before.x(), before.y(), expected.pixel.x(), expected.pixel.y(), S(0, 0),
-                   S(0, 1), S(1, 1), name(f.assessed.outcome));
+                   S(0, 1), S(1, 1), name(f.seen.outcome));
   }
 }
 
@@ -74,22 +74,22 @@ std::optional<Eigen::Vector2d> pixel(const CsvReader& csv, std::size_t column) {
 
 RunFeature read_feature(const CsvReader& csv) {
   RunFeature f;
-  f.assessed.observation = {.landmark = csv.integer(2),
-                            .camera = whole(csv, 1, kLargestSide),
-                            .pixel = {csv.finite(3), csv.finite(4)}};
+  f.seen.observation = {.landmark = csv.integer(2),
+                        .camera = whole(csv, 1, kLargestSide),
+                        .pixel = {csv.finite(3), csv.finite(4)}};
   f.age = whole(csv, 5, std::numeric_limits<int>::max());
   f.before = pixel(csv, 6);
   if (const auto expected = pixel(csv, 8)) {
     const double uv = csv.number(11);
-    f.assessed.expected = ExpectedPixel{.pixel = *expected, .covariance = Eigen::Matrix2d::Zero()};
-    f.assessed.expected->covariance << csv.number(10), uv, uv, csv.number(12);
+    f.seen.expected = ExpectedPixel{.pixel = *expected, .covariance = Eigen::Matrix2d::Zero()};
+    f.seen.expected->covariance << csv.number(10), uv, uv, csv.number(12);
   }
   const auto outcome = outcome_of(csv.text(13));
   if (!outcome) {
     throw InputError(fmt::format("{}: found '{:.40}', expected waiting, begun, used or rejected",
                                  csv.where(13), csv.text(13)));
   }
-  f.assessed.outcome = *outcome;
+  f.seen.outcome = *outcome;
   return f;
 }
 

@@ -12,7 +12,7 @@ namespace chasles {
 /// A tracked feature in a kept image. Pixels refer to the camera's resolution, whatever the size of
 /// the stored picture.
 struct RunFeature {
-  PixelOutcome assessed;
+  PixelOutcome seen;
   int age = 1;                                 ///< number of frames in which the camera observed it
   std::optional<Eigen::Vector2d> before = {};  ///< pixel some frames ago [px]
 };

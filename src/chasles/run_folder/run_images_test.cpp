@@ -10,13 +10,13 @@ using test::expect_parts;
 using test::input_error;
 
 RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
-  RunFeature f{.assessed = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
-                            .outcome = outcome},
+  RunFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
+                        .outcome = outcome},
                .age = 7};
   if (outcome == Outcome::kWaiting) return f;
   f.before = Eigen::Vector2d(1.5, 2.75);
-  f.assessed.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
-  f.assessed.expected->covariance << 0.5, -0.125, -0.125, 0.25;
+  f.seen.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
+  f.seen.expected->covariance << 0.5, -0.125, -0.125, 0.25;
   return f;
 }
 
@@ -56,16 +56,16 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
     ASSERT_EQ(again[i].features.size(), images[i].features.size()) << i;
     for (std::size_t k = 0; k < images[i].features.size(); ++k) {
       const RunFeature &a = again[i].features[k], &b = images[i].features[k];
-      EXPECT_EQ(a.assessed.observation.landmark, b.assessed.observation.landmark);
-      EXPECT_EQ(a.assessed.observation.camera, b.assessed.observation.camera);
-      EXPECT_EQ(a.assessed.observation.pixel, b.assessed.observation.pixel);
-      EXPECT_EQ(a.assessed.outcome, b.assessed.outcome);
+      EXPECT_EQ(a.seen.observation.landmark, b.seen.observation.landmark);
+      EXPECT_EQ(a.seen.observation.camera, b.seen.observation.camera);
+      EXPECT_EQ(a.seen.observation.pixel, b.seen.observation.pixel);
+      EXPECT_EQ(a.seen.outcome, b.seen.outcome);
       EXPECT_EQ(a.age, b.age);
       EXPECT_EQ(a.before, b.before);
-      ASSERT_EQ(a.assessed.expected.has_value(), b.assessed.expected.has_value());
-      if (!b.assessed.expected) continue;
-      EXPECT_EQ(a.assessed.expected->pixel, b.assessed.expected->pixel);
-      EXPECT_EQ(a.assessed.expected->covariance, b.assessed.expected->covariance);
+      ASSERT_EQ(a.seen.expected.has_value(), b.seen.expected.has_value());
+      if (!b.seen.expected) continue;
+      EXPECT_EQ(a.seen.expected->pixel, b.seen.expected->pixel);
+      EXPECT_EQ(a.seen.expected->covariance, b.seen.expected->covariance);
     }
   }
 }

@@ -27,7 +27,7 @@ std::map<FeatureTrails::Key, RunFeature> FeatureTrails::features(const FeatureFr
   for (const PixelObservation& seen : frame.pixels) {
     const Key key(seen.camera, seen.landmark);
     const Trail& trail = trails_.at(key);
-    RunFeature feature{.assessed = {.observation = seen}, .age = trail.age};
+    RunFeature feature{.seen = {.observation = seen}, .age = trail.age};
     if (trail.last.size() > 1) feature.before = trail.last.front();
     features.emplace(key, feature);
   }

@@ -35,7 +35,7 @@ void ImageKeeper::note_outcomes(const FeatureFrame& frame, std::span<const Pixel
   if (features == features_.end()) return;
   for (const PixelOutcome& one : outcomes) {
     const auto found = features->second.find({one.observation.camera, one.observation.landmark});
-    if (found != features->second.end()) found->second.assessed = one;
+    if (found != features->second.end()) found->second.seen = one;
   }
 }
 

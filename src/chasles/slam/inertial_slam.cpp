@@ -127,7 +127,7 @@ void InertialSlam::retire(const FeatureFrame& frame) {
   loops_.note_leaving(leaving, context_.filter, context_.records, context_.now);
   remove(context_.records, leaving);
   context_.filter.retire(leaving);
-  loops_.marginalise_others(context_.filter);
+  loops_.bar_others(context_.filter);
 }
 
 // Tracks whose depth is now determined become landmarks on the way.

@@ -30,10 +30,10 @@ void LandmarkUpdater::add_drift(SlamContext& x, Time since) const {
   }
 }
 
-void LandmarkUpdater::update(SlamContext& x, const Observations& observations, bool relinearise_,
+void LandmarkUpdater::update(SlamContext& x, const Observations& observations, bool returned,
                              const StudyHooks& studies, Estimate& e) {
   linearise(x, observations, studies, e);
-  if (relinearise_ && !x.settings.first_estimates) relinearise(x);
+  if (returned && !x.settings.first_estimates) relinearise(x);
   const UpdateReport& report = x.filter.update(known_);
   e.nis = report.nis;
   e.nis_dof = report.dof;

@@ -21,11 +21,11 @@ class LandmarkUpdater {
   /// the same patch is seen from the same place: nothing slides.
   void add_drift(SlamContext& x, Time since) const;
 
-  /// The update with the usable observations of the frame. `relinearise`: landmarks have returned,
-  /// and the correction may be large. Writes the innovations and counts of `e`. During a standstill
+  /// The update with the usable observations of the frame. `returned`: landmarks have returned, and
+  /// the correction may be large. Writes the innovations and counts of `e`. During a standstill
   /// (e.zero_velocity) a pixel has the same error in every image: its observations are one, not
   /// many, and the zero-velocity update contains more information.
-  void update(SlamContext& x, const Observations& observations, bool relinearise,
+  void update(SlamContext& x, const Observations& observations, bool returned,
               const StudyHooks& studies, Estimate& e);
   /// Of these observations, those whose points are not in the state.
   const Observations& fresh() const { return fresh_; }

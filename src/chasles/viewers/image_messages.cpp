@@ -38,13 +38,13 @@ class Annotations {
   Annotations(Time time, double scale) : time_(time), scale_(scale) {}
 
   void add(const RunFeature& feature) {
-    const Eigen::Vector2d at = feature.assessed.observation.pixel;
-    if (feature.before) polygon(MarkKind::kLines, feature.assessed.outcome, {at, *feature.before});
-    if (feature.assessed.expected) {
-      polygon(MarkKind::kLoop, feature.assessed.outcome,
-              ellipse_points(*feature.assessed.expected, kSigmas));
+    const Eigen::Vector2d at = feature.seen.observation.pixel;
+    if (feature.before) polygon(MarkKind::kLines, feature.seen.outcome, {at, *feature.before});
+    if (feature.seen.expected) {
+      polygon(MarkKind::kLoop, feature.seen.outcome,
+              ellipse_points(*feature.seen.expected, kSigmas));
     }
-    mark(feature.assessed.outcome, at);
+    mark(feature.seen.outcome, at);
   }
 
   Json json() && {

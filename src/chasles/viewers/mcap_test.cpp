@@ -202,7 +202,7 @@ TEST(Mcap, KeptImagesAreThereWithWhatWasSeenInThem) {
   const json& seen = topics.at("/cam0/annotations").at("last");
   EXPECT_EQ(topics.at("/cam1/annotations").at("count"), 5);
   ASSERT_EQ(seen.at("circles").size(), 3u) << "of twelve, each fourth was used";
-  const Eigen::Vector2d pixel = image.features[2].assessed.observation.pixel;
+  const Eigen::Vector2d pixel = image.features[2].seen.observation.pixel;
   EXPECT_NEAR(seen["circles"][0]["position"]["x"].get<double>(), pixel.x() / 2, 1e-9);
   EXPECT_NEAR(seen["circles"][0]["position"]["y"].get<double>(), pixel.y() / 2, 1e-9);
   // Twelve tails, three crosses, squares and dots, six ellipses; of the other camera, which has no

@@ -20,7 +20,7 @@ struct Later {
 };
 
 // The states that return later, where a segment begins: those that have already left.
-struct InactiveStates {
+struct ReturningStates {
   std::vector<Segment::Item> items;
   MatrixXd C;  // their cross-covariance with all starts of the segment
 };
@@ -47,10 +47,10 @@ std::vector<Index> rows_of(const std::vector<Segment::Item>& items, const std::v
   return rows;
 }
 
-// Forwards: the inactive states at the beginning of every segment.
-std::vector<InactiveStates> find_inactive(const std::vector<Stretch>& stretches,
-                                          const std::vector<int>& returning) {
-  std::vector<InactiveStates> result;
+// Forwards: the states that return later, at the beginning of every segment.
+std::vector<ReturningStates> find_returning(const std::vector<Stretch>& stretches,
+                                            const std::vector<int>& returning) {
+  std::vector<ReturningStates> result;
   Carried past;
   for (const Stretch& stretch : stretches) {
     const Segment* segment = stretch.segment;
@@ -99,9 +99,9 @@ std::vector<Index> returning_variables(const Segment& segment, const std::vector
 }
 
 // The later measurements' variables, from the beginning of the next segment [rows of the state,
-// returned states, inactive ones] to the end of this one [rows of the state, inactive states in the
-// order of numbers].
-void reorder(Later& later, const Stretch& next, const InactiveStates& inactive) {
+// returned states, states that return later] to the end of this one [rows of the state, states that
+// return later, in the order of numbers].
+void reorder(Later& later, const Stretch& next, const ReturningStates& returning) {
   struct Place {
     int number = 0;
     Index row = 0, size = 0;
@@ -109,7 +109,7 @@ void reorder(Later& later, const Stretch& next, const InactiveStates& inactive) 
   const Index n = next.segment->starts;
   std::vector<Place> places;
   Index at = n;
-  for (const Segment::Item& item : inactive.items) {
+  for (const Segment::Item& item : returning.items) {
     places.push_back({item.number, at, item.size});
     at += item.size;
   }
@@ -133,12 +133,12 @@ void reorder(Later& later, const Stretch& next, const InactiveStates& inactive) 
 
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
   const std::vector<int> returning = sorted_numbers(stretches);
-  const std::vector<InactiveStates> inactive = find_inactive(stretches, returning);
+  const std::vector<ReturningStates> returning_states = find_returning(stretches, returning);
   std::vector<SmoothedState> result;
   Later later;
   for (std::size_t i = stretches.size(); i-- > 0;) {
     const Segment& segment = *stretches[i].segment;
-    const MatrixXd& C = inactive[i].C;
+    const MatrixXd& C = returning_states[i].C;
     const Index n = segment.starts, own = segment.g.size() - n, d = C.rows();
     const std::vector<Index> leaving = returning_variables(segment, returning);
     const auto l = static_cast<Index>(leaving.size());
@@ -146,10 +146,10 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
     if (i + 1 == stretches.size()) {
       later = {.G = MatrixXd::Zero(rows + d + l, rows + d + l), .g = VectorXd::Zero(rows + d + l)};
     } else {
-      reorder(later, stretches[i + 1], inactive[i + 1]);
+      reorder(later, stretches[i + 1], returning_states[i + 1]);
     }
-    // The end's rows by the starts, and the items' covariances with the end's rows. The inactive
-    // states stay what they were.
+    // The end's rows by the starts, and the items' covariances with the end's rows. The states
+    // that return later stay what they were.
     MatrixXd M(rows + d + l, n);
     M << segment.X.leftCols(n), dense::product(C, segment.G.topLeftCorner(n, n)),
         segment.G.leftCols(n)(leaving, Eigen::all);

@@ -98,7 +98,7 @@ class KeptPast {
   /// Ekf::revive: the past landmarks are the last rows of a state with n rows so far.
   void check_can_return(std::span<const int> numbers) const;
   Carried revive(const std::vector<int>& numbers, Eigen::Index n);
-  void marginalise(int number) { left_.marginalise(number); }
+  void bar_return(int number) { left_.bar_return(number); }
 
   /// Ekf::add_past, with a state of n rows.
   int add_past(PriorMap prior, Eigen::Index n);

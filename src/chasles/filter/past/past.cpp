@@ -65,7 +65,7 @@ const Past::PastLandmark* Past::past_landmark(int number) const {
   return std::get_if<PastLandmark>(&states_[static_cast<std::size_t>(number)]);
 }
 
-void Past::marginalise(int number) {
+void Past::bar_return(int number) {
   std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).may_return = false;
 }
 

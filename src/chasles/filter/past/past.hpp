@@ -68,7 +68,7 @@ class Past {
   int add(PriorMap prior, bool are_items = false);
 
   /// This landmark does not return: recall() and revive() cost less with fewer that can.
-  void marginalise(int number);
+  void bar_return(int number);
 
   /// The filter's run since the last segment.
   void append(Segment segment);

@@ -207,7 +207,7 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   past.revive(first);
   EXPECT_THROW(past.revive(first), UsageError) << "it has returned";
   past.retire(first);
-  past.marginalise(std::array{1});
+  past.bar_return(std::array{1});
   EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is marginalised";
   EXPECT_EQ(past.past().estimates().landmarks.size(),
             static_cast<std::size_t>(past.past().map_size()));

@@ -6,12 +6,12 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/image_range.hpp>
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/bags/bag_images.hpp>
 #include <chasles/recording/bags/image_copies.hpp>
 #include <chasles/recording/bags/ros_image.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/paired_images.hpp>
+#include <chasles/recording/time_order.hpp>
 
 namespace chasles {
 namespace {

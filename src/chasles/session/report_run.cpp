@@ -6,7 +6,7 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/folder_names.hpp>
-#include <chasles/session/run_folder.hpp>
+#include <chasles/session/report_run.hpp>
 
 namespace chasles {
 

@@ -1,6 +1,6 @@
-#include <chasles/codec/time_order.hpp>
 #include <chasles/recording/recording.hpp>
 #include <chasles/recording/testing.hpp>
+#include <chasles/recording/time_order.hpp>
 
 namespace chasles {
 namespace {

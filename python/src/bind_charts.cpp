@@ -188,7 +188,7 @@ void register_rule(const std::string& name, py::object object) {
 
 }  // namespace
 
-void bind_lab(py::module_& m) {
+void bind_charts(py::module_& m) {
   py::class_<ChartState>(m, "ChartState", "The parts of a state that an error chart moves.")
       .def(py::init([](const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const Eigen::Vector3d& v,
                        const Rows& points) {
