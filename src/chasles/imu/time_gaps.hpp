@@ -8,7 +8,7 @@
 namespace chasles {
 
 /// Finds the gaps between an IMU's measurements that are too long to be bridged. The samples have
-/// passed a SampleScreen; SampleGaps has one of its own.
+/// passed a SampleScreen: a sensor that is stuck or gives zeros leaves a gap as well.
 class TimeGaps {
  public:
   /// After a longer gap the motion is unknown.
@@ -21,13 +21,7 @@ class TimeGaps {
   explicit TimeGaps(std::optional<Time> covered = std::nullopt) : last_(covered) {}
 
   /// The gap that a measurement at this time ends. A time that is not later changes nothing.
-  std::optional<Gap> add(Time time) {
-    if (last_ && time <= *last_) return std::nullopt;
-    const bool too_long = last_ && time - *last_ > kLongest;
-    const auto gap = too_long ? std::optional(Gap{.last = *last_, .next = time}) : std::nullopt;
-    last_ = time;
-    return gap;
-  }
+  std::optional<Gap> add(Time time);
   /// Time of the last one.
   std::optional<Time> last() const { return last_; }
 

@@ -83,7 +83,6 @@ bool Initialiser::take(const FeatureFrame& frame) {
 }
 
 std::optional<InertialStart> Initialiser::add(const FeatureFrame& frame) {
-  if (!started_) started_ = frame.time;
   if (!take(frame) || ++since_attempt_ < settings_.attempt_frames || window_.size() < 4) return {};
   since_attempt_ = 0;
   ++counts_.attempts;
@@ -136,11 +135,6 @@ std::vector<Requirement> Initialiser::requirements() const {
   if (!requirements_.empty()) return requirements_;
   return {at_least("frames with observations and IMU samples around them", since_attempt_,
                    settings_.attempt_frames, "")};
-}
-
-std::string Initialiser::why_not() const {
-  const double seconds = started_ ? to_seconds(*last_frame_ - *started_) : 0;
-  return why_not_initialised(seconds, requirements());
 }
 
 }  // namespace chasles

@@ -2,7 +2,6 @@
 
 #include <deque>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
@@ -45,8 +44,6 @@ class Initialiser {
   /// All conditions of the latest attempt, those of the static initialisation first. Before the
   /// first attempt: the number of frames that it needs.
   std::vector<Requirement> requirements() const;
-  /// One sentence with the conditions that are not met and the time since the first frame.
-  std::string why_not() const;
   const Counts& counts() const { return counts_; }
   ImuBuffer::Counts imu_counts() const { return imu_.counts(); }
 
@@ -65,7 +62,7 @@ class Initialiser {
   ImuBuffer imu_;
   std::deque<ImuSample> samples_;    ///< the last ones, for the static initialisation
   std::deque<FeatureFrame> window_;  ///< without a gap of samples
-  std::optional<Time> started_, last_frame_;
+  std::optional<Time> last_frame_;
   int since_attempt_ = 0;  ///< frames
   std::vector<Requirement> requirements_;
   Counts counts_;

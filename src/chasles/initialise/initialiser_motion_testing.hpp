@@ -56,7 +56,7 @@ inline StartOutcome initialise(const Recording& recording, double from, double l
   }
   outcome.counts = initialiser.counts();
   outcome.requirements = initialiser.requirements();
-  outcome.why_not = initialiser.why_not();
+  outcome.why_not = why_not_initialised(outcome.seconds, outcome.requirements);
   return outcome;
 }
 

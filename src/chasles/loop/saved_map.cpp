@@ -7,6 +7,11 @@
 namespace chasles {
 namespace {
 
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
 struct SavedLandmark {
   enum Kind { kOfMap, kPast, kInState };
   LandmarkId id = 0;
@@ -62,18 +67,17 @@ std::vector<SavedLandmark> landmarks_to_save(const MappedLandmarks& all, const S
   return saved;
 }
 
-}  // namespace
+// The joint estimate of the landmarks to save: the variables that those of the prior map share with
+// the run, and the own landmarks.
+struct JointEstimate {
+  Carried carried = {};
+  std::vector<Index> of_map = {}, of_others = {};  ///< its rows
+  SharedPart part = {};
+};
 
-LandmarkMap saved_map(const MappedLandmarks& landmarks, std::span<const Camera> cameras, int most,
-                      Time end, std::optional<Time> until) {
-  using Eigen::Index;
-  using Eigen::Matrix3d;
-  using Eigen::MatrixXd;
-  using Eigen::Vector3d;
-  const Ekf& filter = landmarks.filter;
+JointEstimate joint_estimate(const MappedLandmarks& landmarks,
+                             const std::vector<SavedLandmark>& saved) {
   const std::optional<PlacedMap>& placed = landmarks.placed;
-  const SE3 map_T_nav = (placed ? placed->nav_T_map(filter) : SE3{}).inverse();
-  std::vector<SavedLandmark> saved = landmarks_to_save(landmarks, map_T_nav, most, until);
   std::vector<int> numbers, indices;
   for (const SavedLandmark& s : saved) {
     if (s.kind == SavedLandmark::kPast) numbers.push_back(s.place);
@@ -82,57 +86,98 @@ LandmarkMap saved_map(const MappedLandmarks& landmarks, std::span<const Camera> 
   if (placed) {
     numbers.insert(std::ranges::lower_bound(numbers, placed->number()), placed->number());
   }
-  const Carried joint = filter.past().recall(numbers, indices);
-  std::vector<Index> of_map, of_others;
+  JointEstimate joint{.carried = landmarks.filter.past().recall(numbers, indices)};
   Index at = 0;
-  for (const Segment::Item& item : joint.items) {
+  for (const Segment::Item& item : joint.carried.items) {
     const bool shared = placed && item.number == placed->number();
-    for (int i = 0; i < item.size; ++i) (shared ? of_map : of_others).push_back(at++);
+    for (int i = 0; i < item.size; ++i) (shared ? joint.of_map : joint.of_others).push_back(at++);
   }
-  const auto r = static_cast<Index>(of_map.size());
-  const SharedPart part = shared_part(joint.P(of_map, of_map), joint.P(of_others, of_map),
-                                      joint.P(of_others, of_others));
+  const MatrixXd& P = joint.carried.P;
+  joint.part = shared_part(P(joint.of_map, joint.of_map), P(joint.of_others, joint.of_map),
+                           P(joint.of_others, joint.of_others));
+  return joint;
+}
+
+// A landmark in the frame of the map. Its error is rows * (shared errors) + an own one.
+struct PointInMap {
+  Vector3d p_map;
+  MatrixXd rows;
+  Matrix3d own;
+};
+
+// Of the prior map, and not returned: the place moves nothing in the frame of the map.
+PointInMap point_of_map(const PlacedMap& placed, const JointEstimate& joint, std::size_t index) {
+  const auto r = static_cast<Index>(joint.of_map.size());
+  const Index shared_by_map = r - 4;
+  const JointCovariance& covariance = placed.map().covariance;
+  const MatrixXd U = covariance.shared().middleRows<3>(3 * static_cast<Index>(index));
+  PointInMap point{.p_map = placed.map().points[index].p_map +
+                            U * joint.carried.correction(joint.of_map).head(shared_by_map),
+                   .rows = MatrixXd::Zero(3, joint.part.others.rank()),
+                   .own = covariance.own()[index]};
+  point.rows.leftCols(r) = U * joint.part.root.topRows(shared_by_map);
+  return point;
+}
+
+// An own one, whose error in nav has the rows from `row` on of the others. `frame`: the error of the
+// map's place by the shared errors.
+PointInMap own_point(const Vector3d& p_past, const JointEstimate& joint, Index row,
+                     const SE3& map_T_nav, const MatrixXd& frame) {
+  const Matrix3d& R = map_T_nav.R;
+  const Vector3d p_nav = joint.carried.correction(joint.of_others).segment<3>(row) + p_past;
+  const Vector3d p_map = map_T_nav * p_nav;
+  const JointCovariance& others = joint.part.others;
+  return {.p_map = p_map,
+          .rows = R * others.shared().middleRows<3>(row) + hat(p_map) * R * frame.topRows<3>() -
+                  R * frame.bottomRows<3>(),
+          .own = R * others.own()[static_cast<std::size_t>(row / 3)] * R.transpose()};
+}
+
+MapSession own_session(std::span<const Camera> cameras, Time end) {
+  return {.name = {}, .begin = {}, .end = end, .cameras = {cameras.begin(), cameras.end()}};
+}
+
+}  // namespace
+
+LandmarkMap saved_map(const MappedLandmarks& landmarks, std::span<const Camera> cameras, int most,
+                      Time end, std::optional<Time> until) {
+  const Ekf& filter = landmarks.filter;
+  const std::optional<PlacedMap>& placed = landmarks.placed;
+  const SE3 map_T_nav = (placed ? placed->nav_T_map(filter) : SE3{}).inverse();
+  std::vector<SavedLandmark> saved = landmarks_to_save(landmarks, map_T_nav, most, until);
+  const JointEstimate joint = joint_estimate(landmarks, saved);
 
   LandmarkMap map;
   if (placed) map.sessions = placed->map().sessions;
-  const auto own_session = static_cast<int>(map.sessions.size());
-  map.sessions.push_back(
-      {.name = {}, .begin = {}, .end = end, .cameras = {cameras.begin(), cameras.end()}});
-  MatrixXd shared = MatrixXd::Zero(3 * static_cast<Index>(saved.size()), part.others.rank());
-  std::vector<Matrix3d> own;
-  MatrixXd frame = MatrixXd::Zero(6, shared.cols());
+  const auto session = static_cast<int>(map.sessions.size());
+  map.sessions.push_back(own_session(cameras, end));
+  MatrixXd frame = MatrixXd::Zero(6, joint.part.others.rank());
   if (placed) {
-    frame.leftCols(r) = filter.past().prior(placed->number()).shared.topRows<6>() * part.root;
+    frame.leftCols(static_cast<Index>(joint.of_map.size())) =
+        filter.past().prior(placed->number()).shared.topRows<6>() * joint.part.root;
   }
+  MatrixXd shared(3 * static_cast<Index>(saved.size()), frame.cols());
+  std::vector<Matrix3d> own;
   Index other = 0;  // row of the others
   for (std::size_t i = 0; i < saved.size(); ++i) {
     SavedLandmark& s = saved[i];
-    const bool known = s.id >= kFirstMapId;
     const auto index = static_cast<std::size_t>(s.id - kFirstMapId);
-    Vector3d p_map;
-    auto rows = shared.middleRows<3>(3 * static_cast<Index>(i));
+    PointInMap point;
     if (s.kind == SavedLandmark::kOfMap) {
-      // In the frame of the map the place moves nothing.
-      const Index shared_by_map = r - 4;
-      const JointCovariance& covariance = placed->map().covariance;
-      const MatrixXd U = covariance.shared().middleRows<3>(3 * static_cast<Index>(index));
-      p_map = placed->map().points[index].p_map + U * joint.correction(of_map).head(shared_by_map);
-      rows.leftCols(r) = U * part.root.topRows(shared_by_map);
-      own.push_back(covariance.own()[index]);
+      point = point_of_map(*placed, joint, index);
     } else {
-      Vector3d p_nav = joint.correction(of_others).segment<3>(other);
-      if (s.kind == SavedLandmark::kPast) p_nav += filter.past().landmark(s.place).p_world;
-      p_map = map_T_nav * p_nav;
-      const Matrix3d& R = map_T_nav.R;
-      rows = R * part.others.shared().middleRows<3>(other) + hat(p_map) * R * frame.topRows<3>() -
-             R * frame.bottomRows<3>();
-      own.push_back(R * part.others.own()[static_cast<std::size_t>(other / 3)] * R.transpose());
+      const bool is_past = s.kind == SavedLandmark::kPast;
+      point = own_point(is_past ? filter.past().landmark(s.place).p_world : Vector3d(0, 0, 0),
+                        joint, other, map_T_nav, frame);
       other += 3;
     }
-    map.points.push_back({.p_map = p_map,
-                          .session = known ? placed->map().points[index].session : own_session,
-                          .observations = s.observations,
-                          .appearance = std::move(s.appearance)});
+    shared.middleRows<3>(3 * static_cast<Index>(i)) = point.rows;
+    own.push_back(point.own);
+    map.points.push_back(
+        {.p_map = point.p_map,
+         .session = s.id >= kFirstMapId ? placed->map().points[index].session : session,
+         .observations = s.observations,
+         .appearance = std::move(s.appearance)});
   }
   map.covariance = JointCovariance(std::move(own), std::move(shared)).reduced({});
   return map;

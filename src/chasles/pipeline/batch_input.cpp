@@ -2,6 +2,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
+#include <chasles/slam/imu_in_use.hpp>
 #include <chasles/slam/start_covariance.hpp>
 
 namespace chasles {
@@ -30,11 +31,9 @@ void check_smoothing(const InertialSlamSettings& settings) {
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start) {
   check_smoothing(settings);
-  ImuBuffer::Options imu = sensors.imu;
-  imu.vibration_noise = settings.vibration_noise.value_or(0);
   return {.cameras = sensors.cameras,
-          .noise = scaled(sensors.noise, settings.imu_noise_scale.value_or(1)),
-          .imu = imu,
+          .noise = noise_in_use(settings, sensors.noise),
+          .imu = imu_in_use(settings, sensors.imu),
           .pixel_sigma = settings.track_sigma.value_or(sensors.pixel_sigma),
           .match_sigma = settings.match_sigma.value_or(0),
           .time_offset = from_seconds(settings.initial_time_offset()),

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/imu/sample_gaps.hpp>
+#include <chasles/imu/time_gaps.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 
@@ -20,20 +20,13 @@ struct Stretch {
   Time first{}, last{};
 };
 
-std::vector<Stretch> stretches(const std::vector<ImuSample>& samples, const ImuRange& range) {
+std::vector<Stretch> stretches(const std::vector<ImuSample>& samples) {
   std::vector<Stretch> all;
-  SampleGaps gaps(range);
-  for (const ImuSample& sample : samples) {
-    const auto gap = gaps.add(sample);
-    if (!gaps.last()) continue;
-    if (all.empty()) all.push_back({.begin = 0, .first = *gaps.last(), .last = *gaps.last()});
-    if (gap) {
-      const auto next = std::ranges::find(samples, gap->next, &ImuSample::time);
-      all.push_back({.begin = static_cast<std::size_t>(next - samples.begin()),
-                     .first = gap->next,
-                     .last = gap->next});
-    }
-    all.back().last = *gaps.last();
+  TimeGaps gaps;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Time time = samples[i].time;
+    if (gaps.add(time) || all.empty()) all.push_back({.begin = i, .first = time, .last = time});
+    all.back().last = time;
   }
   return all;
 }
@@ -59,8 +52,8 @@ BatchMaterial part_of(const BatchMaterial& all, const std::vector<Stretch>& stre
 }
 
 // One part, which then says where the gap is, if no stretch has an estimate.
-std::vector<BatchMaterial> divided(BatchMaterial material, const ImuRange& range, Time offset) {
-  const std::vector<Stretch> all = stretches(material.samples, range);
+std::vector<BatchMaterial> divided(BatchMaterial material, Time offset) {
+  const std::vector<Stretch> all = stretches(material.samples);
   std::vector<BatchMaterial> parts;
   for (std::size_t k = 0; k < all.size() && all.size() > 1; ++k) {
     BatchMaterial part = part_of(material, all, k, offset);
@@ -129,8 +122,7 @@ InertialBatchResult smooth_parts(const InertialSensors& sensors,
   int done = 0, failed = 0;
   std::string failure;
   std::exception_ptr first_error;
-  std::vector<BatchMaterial> parts = divided(std::move(material), sensors.imu.range(),
-                                             from_seconds(settings.filter.initial_time_offset()));
+  std::vector<BatchMaterial> parts = divided(std::move(material), from_seconds(settings.filter.initial_time_offset()));
   for (BatchMaterial& part : parts) {
     InertialBatchInput input =
         batch_input(sensors, settings.filter, start_at(part.estimates.front()));

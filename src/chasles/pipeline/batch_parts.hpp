@@ -11,7 +11,7 @@ namespace chasles {
 
 /// The events of a recording with an IMU, and the filter's estimates for them.
 struct BatchMaterial {
-  std::vector<ImuSample> samples;
+  std::vector<ImuSample> samples;  ///< that are measurements (SampleScreen)
   std::vector<FeatureFrame> frames;
   std::vector<Estimate> estimates;
 };

@@ -79,6 +79,9 @@ class Estimator {
   /// Names of the components of v_world, if any, and Estimate::additive.
   const std::vector<std::string>& state_names() const { return state_names_; }
   bool started() const { return status().started; }
+  /// What the last event was to the estimator: the IMU samples that are measurements, of those that
+  /// waited for it and itself (SampleScreen). For the front end; valid until the next event.
+  std::span<const ImuSample> measured() const { return measured_; }
   std::string why_not_started() const { return status().why_not_started; }
   std::vector<MapLandmark> map() const { return whole_map().landmarks; }
 
@@ -91,6 +94,8 @@ class Estimator {
   void observe(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) const {
     if (observer_) observer_(frame, outcomes);
   }
+
+  std::span<const ImuSample> measured_;
 
  private:
   std::vector<std::string> state_names_;

@@ -4,7 +4,8 @@
 #include <utility>
 
 #include <chasles/base/error.hpp>
-#include <chasles/imu/sample_gaps.hpp>
+#include <chasles/imu/sample_screen.hpp>
+#include <chasles/imu/time_gaps.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>
@@ -23,7 +24,13 @@ std::vector<std::string> names_of_states() {
   return names;
 }
 
-// Common part: the session that finds the start.
+InertialSensors behind_a_screen(InertialSensors sensors) {
+  sensors.imu.screened = true;
+  return sensors;
+}
+
+// Common part: the door of the samples, and the session that finds the start. Everything behind
+// the door takes measurements only.
 class InertialEstimator : public Estimator {
  public:
   InertialEstimator(const InertialRunSettings& settings, InertialSensors sensors,
@@ -31,7 +38,8 @@ class InertialEstimator : public Estimator {
                     std::shared_ptr<const LandmarkMap> prior = nullptr)
       : Estimator(names_of_states()),
         settings_(settings),
-        sensors_(std::move(sensors)),
+        sensors_(behind_a_screen(std::move(sensors))),
+        screen_(sensors_.imu.range()),
         session_(settings.filter, settings.start, sensors_, std::move(start), std::move(prior)) {
     session_.set_observer(
         [this](const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
@@ -40,7 +48,8 @@ class InertialEstimator : public Estimator {
   }
 
   std::vector<Estimate> process(const EstimatorEvent& event) override {
-    return std::visit(Overloaded{[&](const ImuSample& sample) { return take(sample); },
+    measured_ = {};
+    return std::visit(Overloaded{[&](const ImuSample& sample) { return screen(sample); },
                                  [&](const FeatureFrame& frame) { return take(frame); },
                                  // Body velocities are ignored; the IMU measures the motion.
                                  [](const BodyVelocity&) { return std::vector<Estimate>(); }},
@@ -55,15 +64,31 @@ class InertialEstimator : public Estimator {
     }
     return status;
   }
-  EstimatorReport report() const override { return {session_.report(), {}, {}, {}}; }
+  EstimatorReport report() const override {
+    EstimatorReport report = report_behind_the_screen();
+    report.imu.note(screen_.counts());
+    return report;
+  }
 
  protected:
-  virtual std::vector<Estimate> take(const ImuSample& sample) = 0;
+  virtual EstimatorReport report_behind_the_screen() const {
+    return {session_.report(), {}, {}, {}};
+  }
+  virtual std::vector<Estimate> take(const ImuSample& measured) = 0;
   virtual std::vector<Estimate> take(const FeatureFrame& frame) = 0;
 
   InertialRunSettings settings_;
   InertialSensors sensors_;
+  SampleScreen screen_;
   InertialSession session_;
+
+ private:
+  std::vector<Estimate> screen(const ImuSample& sample) {
+    measured_ = screen_.add(sample);
+    std::vector<Estimate> estimates;
+    for (const ImuSample& measured : measured_) append(take(measured), estimates);
+    return estimates;
+  }
 };
 
 class InertialFilter : public InertialEstimator {
@@ -80,8 +105,8 @@ class InertialFilter : public InertialEstimator {
   std::optional<LandmarkMap> landmark_map() const override { return session_.landmark_map(); }
 
  protected:
-  std::vector<Estimate> take(const ImuSample& sample) override {
-    session_.process(sample);
+  std::vector<Estimate> take(const ImuSample& measured) override {
+    session_.process(measured);
     return {};
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override { return session_.process(frame); }
@@ -110,21 +135,21 @@ class InertialBatch : public InertialFilter {
     status.smooths = true;
     return status;
   }
-  EstimatorReport report() const override {
-    EstimatorReport report = InertialFilter::report();
-    if (!result_) return report;
-    report.batch = result_->report;
-    report.batch_terms = result_->terms;
-    return report;
-  }
   EstimatedMap whole_map() const override {
     return result_ ? EstimatedMap{.landmarks = result_->landmarks} : InertialFilter::whole_map();
   }
 
  protected:
-  std::vector<Estimate> take(const ImuSample& sample) override {
-    material_.samples.push_back(sample);
-    return InertialFilter::take(sample);
+  EstimatorReport report_behind_the_screen() const override {
+    EstimatorReport report = InertialFilter::report_behind_the_screen();
+    if (!result_) return report;
+    report.batch = result_->report;
+    report.batch_terms = result_->terms;
+    return report;
+  }
+  std::vector<Estimate> take(const ImuSample& measured) override {
+    material_.samples.push_back(measured);
+    return InertialFilter::take(measured);
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
     material_.frames.push_back(without_images(frame));
@@ -178,16 +203,6 @@ class InertialWindowEstimator : public InertialEstimator {
     if (window_) status.gyroscope_bias = window_->gyroscope_bias();
     return status;
   }
-  EstimatorReport report() const override {
-    EstimatorReport report = InertialEstimator::report();
-    report.resets += earlier_.resets;
-    if (!window_ && earlier_.resets == 0) return report;
-    report.window = earlier_.report;
-    if (window_) add(window_->report(), *report.window);
-    report.imu = report.window->imu;
-    report.dropped_frames = report.window->dropped_frames;
-    return report;
-  }
   EstimatedMap whole_map() const override {
     EstimatedMap map{.landmarks = earlier_.map,
                      .in_state = window_ ? window_->in_window() : session_.in_state()};
@@ -197,12 +212,22 @@ class InertialWindowEstimator : public InertialEstimator {
   }
 
  protected:
-  std::vector<Estimate> take(const ImuSample& sample) override {
+  EstimatorReport report_behind_the_screen() const override {
+    EstimatorReport report = InertialEstimator::report_behind_the_screen();
+    report.resets += earlier_.resets;
+    if (!window_ && earlier_.resets == 0) return report;
+    report.window = earlier_.report;
+    if (window_) add(window_->report(), *report.window);
+    report.imu = report.window->imu;
+    report.dropped_frames = report.window->dropped_frames;
+    return report;
+  }
+  std::vector<Estimate> take(const ImuSample& measured) override {
     std::vector<Estimate> estimates;
-    if (ends_part(sample)) estimates = end_part();
-    if (window_) return noted(window_->process(sample));
-    session_.process(sample);
-    samples_.add(sample);
+    if (ends_part(measured)) estimates = end_part();
+    if (window_) return noted(window_->process(measured));
+    session_.process(measured);
+    samples_.add(measured);
     return estimates;
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
@@ -234,7 +259,7 @@ class InertialWindowEstimator : public InertialEstimator {
   }
 
   // Whether the motion before this sample is unknown.
-  bool ends_part(const ImuSample& sample) { return gaps_.add(sample) && window_; }
+  bool ends_part(const ImuSample& sample) { return gaps_.add(sample.time) && window_; }
 
   std::vector<Estimate> end_part() {
     std::vector<Estimate> estimates = noted(window_->finish());
@@ -290,7 +315,7 @@ class InertialWindowEstimator : public InertialEstimator {
   std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
   Earlier earlier_;
-  SampleGaps gaps_{sensors_.imu.range()};
+  TimeGaps gaps_;
   std::optional<Place> place_;  // of the window, after a gap
   std::optional<Estimate> last_;
 };

@@ -22,7 +22,7 @@ RealtimeSlam::RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options opt
       cameras_(slam_->cameras()),
       options_(options),
       on_estimates_(std::move(on_estimates)),
-      predictor_(slam_->predictor().with(StatePredictor::Work::kAtOnce)) {
+      predictor_(slam_->take_predictor().with(StatePredictor::Work::kAtOnce)) {
   worker_ = std::thread([this] { work(); });
 }
 
@@ -71,7 +71,7 @@ std::size_t RealtimeSlam::process(ImageFrame images) {
 
 std::size_t RealtimeSlam::drop_oldest_image() {
   const auto oldest = std::ranges::find_if(
-      events_, [](const Event& event) { return std::holds_alternative<ImageFrame>(event); });
+      events_, [](const SensorEvent& event) { return std::holds_alternative<ImageFrame>(event); });
   events_.erase(oldest);
   --counts_.waiting;
   ++counts_.dropped;
@@ -171,7 +171,7 @@ void RealtimeSlam::work() {
     }
     if (stop_) return;
     busy_ = true;
-    Event event = std::move(events_.front());
+    SensorEvent event = std::move(events_.front());
     events_.pop_front();
     if (std::holds_alternative<ImageFrame>(event)) {
       --counts_.waiting;
@@ -190,13 +190,14 @@ void RealtimeSlam::work() {
   }
 }
 
-void RealtimeSlam::take(Event event) {
+void RealtimeSlam::take(SensorEvent event) {
   std::vector<Estimate> estimates;
   {
     const auto turn = take_turn();
     estimates = std::visit(
         Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
-                   [&](ImageFrame& images) { return slam_->process(std::move(images)); }},
+                   [&](ImageFrame& images) { return slam_->process(std::move(images)); },
+                   [](const auto& /*other*/) { return std::vector<Estimate>(); }},
         event);
   }
   note(estimates);

@@ -10,7 +10,6 @@
 #include <optional>
 #include <span>
 #include <thread>
-#include <variant>
 #include <vector>
 
 #include <chasles/pipeline/visual_inertial_slam.hpp>
@@ -84,12 +83,10 @@ class RealtimeSlam {
   ArrivalCounts arrivals() const;
 
  private:
-  using Event = std::variant<ImuSample, ImageFrame>;
-
   void ask_while(const std::function<void(VisualInertialSlam&)>& question,
                  const std::function<void()>& waiting);
   void work();
-  void take(Event event);
+  void take(SensorEvent event);
   std::unique_lock<std::timed_mutex> take_turn();
   std::size_t drop_oldest_image();
   void note(std::span<const Estimate> estimates);
@@ -105,7 +102,7 @@ class RealtimeSlam {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Event> events_;
+  std::deque<SensorEvent> events_;
   std::deque<std::function<void()>> questions_;
   Counts counts_;
   ArrivalCounts arrivals_;

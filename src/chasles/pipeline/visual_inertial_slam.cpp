@@ -1,18 +1,25 @@
 #include <utility>
 
+#include <chasles/base/error.hpp>
+#include <chasles/base/overloaded.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/slam/imu_in_use.hpp>
 
 namespace chasles {
 namespace {
 
 // As the estimator uses the samples.
 StatePredictor predictor_for(const InertialSlamSettings& settings, const ImuNoise& noise,
-                             ImuBuffer::Options imu) {
-  imu.vibration_noise = settings.vibration_noise.value_or(0);
-  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu,
+                             const ImuBuffer::Options& imu) {
+  return {noise_in_use(settings, noise), imu_in_use(settings, imu),
           StatePredictor::Work::kOnDemand};
+}
+
+ImuBuffer::Options behind_a_screen(ImuBuffer::Options imu) {
+  imu.screened = true;
+  return imu;
 }
 
 }  // namespace
@@ -22,7 +29,7 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
                                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
                                        std::shared_ptr<const LandmarkMap> prior)
     : cameras_(cameras),
-      tracker_(settings.frontend, cameras, imu, std::move(masks)),
+      tracker_(settings.frontend, cameras, behind_a_screen(imu), std::move(masks)),
       estimator_(make_estimator(
           for_images(settings, cameras.size(), noise),
           InertialSensors{
@@ -31,13 +38,24 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
       predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
-  predictor_.add(sample);
+  if (predictor_) predictor_->add(sample);
   order_.add(sample);
   return take_due();
 }
 
 void VisualInertialSlam::note(const std::vector<Estimate>& estimates) {
-  if (!estimates.empty()) predictor_.correct(estimates.back());
+  if (predictor_ && !estimates.empty()) predictor_->correct(estimates.back());
+}
+
+std::optional<PredictedState> VisualInertialSlam::predicted(Time time) {
+  return predictor_ ? predictor_->at(time) : std::nullopt;
+}
+
+StatePredictor VisualInertialSlam::take_predictor() {
+  if (!predictor_) throw UsageError("VisualInertialSlam: its predictor was taken before");
+  StatePredictor taken = std::move(*predictor_);
+  predictor_.reset();
+  return taken;
 }
 
 std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
@@ -66,13 +84,11 @@ std::vector<Estimate> VisualInertialSlam::finish(const StopRequest& stop) {
 }
 
 void VisualInertialSlam::take(SensorEvent event, std::vector<Estimate>& estimates) {
-  if (auto* images = std::get_if<ImageFrame>(&event)) {
-    take(std::move(*images), estimates);
-  } else {
-    const ImuSample& sample = std::get<ImuSample>(event);
-    tracker_.process(sample);
-    append(estimator_->process(sample), estimates);
-  }
+  std::visit(
+      Overloaded{[&](ImageFrame& images) { take(std::move(images), estimates); },
+                 [&](auto& other) { append(estimator_->process(std::move(other)), estimates); }},
+      event);
+  for (const ImuSample& measured : estimator_->measured()) tracker_.process(measured);
 }
 
 void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimates) {

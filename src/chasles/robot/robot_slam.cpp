@@ -11,6 +11,7 @@
 #include <chasles/robot/robot_session.hpp>
 #include <chasles/robot/robot_slam.hpp>
 #include <chasles/session/map_output.hpp>
+#include <chasles/slam/imu_in_use.hpp>
 
 namespace chasles {
 namespace {
@@ -120,7 +121,7 @@ std::shared_ptr<RobotSession> RobotSlam::session() const {
 
 ImuNoise RobotSlam::imu_noise() const {
   const InertialRunSettings of_run = decided(setup_.settings, sensors_of(setup_));
-  return scaled(setup_.calibration.imu_noise, of_run.filter.imu_noise_scale.value_or(1));
+  return noise_in_use(of_run.filter, setup_.calibration.imu_noise);
 }
 
 // An exception is one of the estimator, which has ended.

@@ -46,6 +46,7 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
       start_settings_(start),
       sensors_(std::move(sensors)),
       screen_(sensors_.imu.range()),
+      screened_(sensors_.imu.screened),
       given_(std::move(given)),
       prior_(std::move(prior)) {
   sensors_.imu.screened = true;
@@ -53,6 +54,7 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
 }
 
 void InertialSession::process(const ImuSample& sample) {
+  if (screened_) return take(sample);
   for (const ImuSample& measured : screen_.add(sample)) take(measured);
 }
 
@@ -292,7 +294,7 @@ SlamReport InertialSession::report_of_parts() const {
 
 SlamReport InertialSession::report() const {
   SlamReport all = report_of_parts();
-  all.imu.note(screen_.counts());
+  if (!screened_) all.imu.note(screen_.counts());
   return all;
 }
 

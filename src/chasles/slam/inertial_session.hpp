@@ -117,6 +117,7 @@ class InertialSession {
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
   SampleScreen screen_;  ///< the only one: buffers get what it releases
+  bool screened_;        ///< the samples come from a screen, which counts what it leaves out
   TimeGaps gaps_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;

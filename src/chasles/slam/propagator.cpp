@@ -4,15 +4,12 @@
 #include <string>
 
 #include <chasles/base/error.hpp>
+#include <chasles/slam/imu_in_use.hpp>
 #include <chasles/slam/propagator.hpp>
+#include <chasles/slam/study_hooks.hpp>
 
 namespace chasles {
 namespace {
-
-ImuBuffer::Options with_vibration(ImuBuffer::Options imu, const InertialSlamSettings& s) {
-  imu.vibration_noise = s.vibration_noise.value_or(0);
-  return imu;
-}
 
 InertialState inertial_state(const SE3& world_T_imu, const Eigen::Vector3d& v_world,
                              const Eigen::VectorXd& biases) {
@@ -26,10 +23,8 @@ InertialState inertial_state(const SE3& world_T_imu, const Eigen::Vector3d& v_wo
 
 Propagator::Propagator(const InertialSlamSettings& settings, const ImuNoise& noise,
                        const ImuBuffer::Options& imu)
-    : model_{.noise = scaled(noise, settings.imu_noise_scale.value_or(1)),
-             .first_order =
-                 settings.first_order_transition ? &error_chart(settings.chart) : nullptr},
-      imu_(with_vibration(imu, settings)) {}
+    : model_{.noise = noise_in_use(settings, noise), .first_order = first_order_chart(settings)},
+      imu_(imu_in_use(settings, imu)) {}
 
 void Propagator::propagate(SlamContext& x, Time frame) {
   if (!timed_.empty()) apply_timed(x, frame);

@@ -32,4 +32,8 @@ void StudyHooks::differentiate(const Ekf& filter, const Camera& camera,
   differentiate_numerically(filter.chart(), camera, filter.state(), measurement);
 }
 
+const ErrorChart* first_order_chart(const InertialSlamSettings& settings) {
+  return settings.first_order_transition ? &error_chart(settings.chart) : nullptr;
+}
+
 }  // namespace chasles

@@ -8,8 +8,7 @@ namespace chasles {
 
 /// What the reproduction of Kleinert & Stilla changes in the filter (docs/papers.md): the
 /// composition step, numeric derivatives, and the noise of young landmarks. With the default
-/// settings none of it does anything. The chart of the transition to first order is InertialModel's
-/// and the fixed depth UndelayedInitialiser's.
+/// settings none of it does anything. The fixed depth is UndelayedInitialiser's.
 class StudyHooks {
  public:
   /// `start`: of the state.
@@ -30,5 +29,8 @@ class StudyHooks {
   bool numeric_jacobians_;
   Time composed_;
 };
+
+/// The chart of their transition to first order (InertialModel::first_order); null: the exact one.
+const ErrorChart* first_order_chart(const InertialSlamSettings& settings);
 
 }  // namespace chasles

@@ -29,7 +29,6 @@ class WaitingFrames {
 
   bool empty() const { return frames_.empty(); }
   std::size_t size() const { return frames_.size(); }
-  const Frame& newest() const { return frames_.back(); }
   void clear() { frames_.clear(); }
 
  private:

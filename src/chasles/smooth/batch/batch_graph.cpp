@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <chasles/base/error.hpp>
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
-#include <chasles/imu/sample_gaps.hpp>
+#include <chasles/imu/sample_screen.hpp>
+#include <chasles/imu/time_gaps.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
@@ -18,9 +20,29 @@ namespace {
 // Initial value of an inverse depth that its rays do not determine [1/m].
 constexpr double kGuessedInverseDepth = 0.1;
 
-ImuBuffer buffer_of(const InertialBatchInput& input) {
-  ImuBuffer buffer(input.imu);
-  for (const ImuSample& sample : input.samples) buffer.add(sample);
+// The samples that are measurements, and the counts of the others.
+struct Measured {
+  explicit Measured(const InertialBatchInput& input) : samples(input.samples) {
+    if (input.imu.screened) return;
+    SampleScreen screen(input.imu.range());
+    for (const ImuSample& sample : input.samples) {
+      const auto released = screen.add(sample);
+      own.insert(own.end(), released.begin(), released.end());
+    }
+    samples = own;
+    left_out = screen.counts();
+  }
+
+  std::vector<ImuSample> own;
+  std::span<const ImuSample> samples;
+  SampleScreen::Counts left_out;
+};
+
+ImuBuffer buffer_of(const InertialBatchInput& input, const Measured& measured) {
+  ImuBuffer::Options options = input.imu;
+  options.screened = true;
+  ImuBuffer buffer(options);
+  for (const ImuSample& sample : measured.samples) buffer.add(sample);
   if (!buffer.latest()) {
     throw InputError("batch estimation needs IMU samples: none in the recording is finite");
   }
@@ -85,12 +107,11 @@ void reject_gap(Time last, Time next) {
       "and after the gap separately (--start, --stop), or use the filter");
 }
 
-// Of the samples that the buffer uses.
-void check_gaps(const InertialBatchInput& input, Time from, Time to) {
-  SampleGaps gaps(input.imu.range(), from);
-  for (const ImuSample& sample : input.samples) {
+void check_gaps(std::span<const ImuSample> measured, Time from, Time to) {
+  TimeGaps gaps(from);
+  for (const ImuSample& sample : measured) {
     if (sample.time >= to) break;
-    if (const auto gap = gaps.add(sample)) reject_gap(gap->last, gap->next);
+    if (const auto gap = gaps.add(sample.time)) reject_gap(gap->last, gap->next);
   }
   if (to - *gaps.last() > kLongestGap) reject_gap(*gaps.last(), to);
 }
@@ -145,7 +166,8 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
 BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& settings,
                        BatchReport& report) {
   check(input);
-  ImuBuffer buffer = buffer_of(input);
+  const Measured measured(input);
+  ImuBuffer buffer = buffer_of(input, measured);
   Tracked tracked = track(input, settings, *buffer.latest(), report);
   BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
   if (graph.keyframes.size() < 2) {
@@ -154,7 +176,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
         std::to_string(input.frames.size()) + " frames, " + std::to_string(report.dropped_frames) +
         " of them late, repeated or without samples nearby, or none later than the start's time");
   }
-  check_gaps(input, graph.keyframes.front().time, graph.keyframes.back().time);
+  check_gaps(measured.samples, graph.keyframes.front().time, graph.keyframes.back().time);
   graph.anchored = settings.landmarks == LandmarkForm::kInverseDepth;
   add_start(input, graph);
   add_motion(input, buffer, graph);
@@ -179,6 +201,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
   report.links = static_cast<int>(graph.links.size());
   report.landmarks = static_cast<int>(graph.points.size());
   report.imu = buffer.counts();
+  if (!input.imu.screened) report.imu.note(measured.left_out);
   add_initial_error(input, settings, graph);
   return graph;
 }

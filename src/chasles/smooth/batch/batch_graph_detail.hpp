@@ -85,7 +85,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
 /// The steps of batch_graph(). They throw as smooth().
 void check(const InertialBatchInput& input);
 [[noreturn]] void reject_gap(Time last, Time next);
-void check_gaps(const InertialBatchInput& input, Time from, Time to);
+void check_gaps(std::span<const ImuSample> measured, Time from, Time to);
 void add_start(const InertialBatchInput& input, BatchGraph& graph);
 /// Adds a link from that keyframe to one at `to`; returns the state predicted there by the samples.
 InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,

@@ -23,7 +23,6 @@ struct InertialWindow::Implementation {
         settings(validated(s)),
         report(),
         sliding(keyframes, settings, error_chart(chart), BlockSizes{}),
-        screen(input.imu.range()),
         buffer(input.imu),
         choice(input, settings, report.dropped_frames),
         gaps(input.start.time) {
@@ -42,7 +41,6 @@ struct InertialWindow::Implementation {
     return input;
   }
 
-  ImuBuffer::Counts counts() const;
   void check_gap(Time frame) const;
   std::vector<Estimate> take_covered(bool all);
   std::optional<Estimate> take(const FeatureFrame& frame);
@@ -61,7 +59,6 @@ struct InertialWindow::Implementation {
   WindowReport report;
   SlidingWindow sliding;
   BatchGraph graph;  // the states of the window's keyframes, and their links
-  SampleScreen screen;
   ImuBuffer buffer;
   KeyframeChoice choice;
   WaitingFrames<FeatureFrame> waiting;
@@ -72,12 +69,6 @@ struct InertialWindow::Implementation {
   int last_frame = -1;
   RecentUse recent;
 };
-
-ImuBuffer::Counts InertialWindow::Implementation::counts() const {
-  ImuBuffer::Counts counts = buffer.counts();
-  counts.note(screen.counts());
-  return counts;
-}
 
 // The motion during a gap is unknown: a later frame cannot be linked to those before.
 void InertialWindow::Implementation::check_gap(Time frame) const {
@@ -115,7 +106,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   }
   tracks.drop(optimised.culled, report);
   read_states();
-  report.imu = counts();
+  report.imu = buffer.counts();
   Estimate found = estimate(*time, optimised);
   report.seconds += processor_seconds() - started;
   return found;
@@ -246,12 +237,10 @@ InertialWindow::InertialWindow(const InertialBatchInput& input, const std::strin
 
 InertialWindow::~InertialWindow() = default;
 
-std::vector<Estimate> InertialWindow::process(const ImuSample& sample) {
-  for (const ImuSample& measured : of_->screen.add(sample)) {
-    const auto gap = of_->gaps.add(measured.time);
-    if (!of_->gap) of_->gap = gap;
-    of_->buffer.add(measured);
-  }
+std::vector<Estimate> InertialWindow::process(const ImuSample& measured) {
+  const auto gap = of_->gaps.add(measured.time);
+  if (!of_->gap) of_->gap = gap;
+  of_->buffer.add(measured);
   return of_->take_covered(false);
 }
 
@@ -265,7 +254,7 @@ std::vector<Estimate> InertialWindow::finish() {
     throw InputError("a window needs IMU samples: none in the recording is finite");
   }
   std::vector<Estimate> estimates = of_->take_covered(true);
-  of_->report.imu = of_->counts();
+  of_->report.imu = of_->buffer.counts();
   return estimates;
 }
 

@@ -33,9 +33,9 @@ class InertialWindow {
                  const BatchSettings& settings, int keyframes);
   ~InertialWindow();
 
-  /// The estimates of the frames that waited for this sample. A frame waits until there is a sample
-  /// at its time or later.
-  std::vector<Estimate> process(const ImuSample& sample);
+  /// The estimates of the frames that waited for this sample, which a SampleScreen has released. A
+  /// frame waits until there is a sample at its time or later.
+  std::vector<Estimate> process(const ImuSample& measured);
   std::vector<Estimate> process(const FeatureFrame& frame);
   /// The estimates of the frames that still wait; no more samples come.
   std::vector<Estimate> finish();
@@ -55,7 +55,7 @@ class InertialWindow {
   std::unique_ptr<Implementation> of_;
 };
 
-/// Runs such a window over a whole recording.
+/// Runs such a window over a whole recording, whose samples it screens.
 InertialWindowResult slide(const InertialBatchInput& input, const std::string& chart,
                            const BatchSettings& settings, int keyframes);
 
