@@ -159,7 +159,8 @@ TEST(Initialiser, FramesOutOfOrderOrWithoutSamplesAreCountedAndAGapBeginsAnew) {
   Initialiser initialiser({}, {test_camera()}, kNoise, {}, 1);
   EXPECT_FALSE(initialiser.add(FeatureFrame{.time = from_seconds(0)}));  // no sample yet
   EXPECT_EQ(initialiser.counts().ignored_frames, 1);
-  EXPECT_NE(why_not_initialised(0, initialiser.requirements()).find("frames with observations"), std::string::npos);
+  EXPECT_NE(why_not_initialised(0, initialiser.requirements()).find("frames with observations"),
+            std::string::npos);
   const auto sample = [](double t) {
     return ImuSample{.time = from_seconds(t), .specific_force_imu = {0, 0, 9.8}};
   };

@@ -119,8 +119,8 @@ PointInMap point_of_map(const PlacedMap& placed, const JointEstimate& joint, std
   return point;
 }
 
-// An own one, whose error in nav has the rows from `row` on of the others. `frame`: the error of the
-// map's place by the shared errors.
+// An own one, whose error in nav has the rows from `row` on of the others. `frame`: the error of
+// the map's place by the shared errors.
 PointInMap own_point(const Vector3d& p_past, const JointEstimate& joint, Index row,
                      const SE3& map_T_nav, const MatrixXd& frame) {
   const Matrix3d& R = map_T_nav.R;

@@ -122,7 +122,8 @@ InertialBatchResult smooth_parts(const InertialSensors& sensors,
   int done = 0, failed = 0;
   std::string failure;
   std::exception_ptr first_error;
-  std::vector<BatchMaterial> parts = divided(std::move(material), from_seconds(settings.filter.initial_time_offset()));
+  std::vector<BatchMaterial> parts =
+      divided(std::move(material), from_seconds(settings.filter.initial_time_offset()));
   for (BatchMaterial& part : parts) {
     InertialBatchInput input =
         batch_input(sensors, settings.filter, start_at(part.estimates.front()));

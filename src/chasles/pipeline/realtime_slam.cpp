@@ -194,11 +194,11 @@ void RealtimeSlam::take(SensorEvent event) {
   std::vector<Estimate> estimates;
   {
     const auto turn = take_turn();
-    estimates = std::visit(
-        Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
-                   [&](ImageFrame& images) { return slam_->process(std::move(images)); },
-                   [](const auto& /*other*/) { return std::vector<Estimate>(); }},
-        event);
+    estimates =
+        std::visit(Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
+                              [&](ImageFrame& images) { return slam_->process(std::move(images)); },
+                              [](const auto& /*other*/) { return std::vector<Estimate>(); }},
+                   event);
   }
   note(estimates);
 }
