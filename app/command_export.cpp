@@ -6,9 +6,9 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/folder_names.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/ply.hpp>

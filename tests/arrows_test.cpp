@@ -35,7 +35,11 @@ const Arrows kArrows = {
     {"smooth", {"slam", "velocity"}},
     // Files by their form. It knows the units of IMUs and the lenses of images, but no recording.
     {"codec", {"imu", "camera"}},
-    {"recording", {"codec"}},
+    // Calibration files of all programs, for recordings and for drivers.
+    {"calibration", {"codec"}},
+    // Bags of ROS, their messages and topics. Their images and samples become a Recording above.
+    {"bags", {"calibration"}},
+    {"recording", {"bags"}},
     {"run_folder", {"recording"}},
     // Diagnoses a recording; estimates nothing but the clock of body velocities.
     {"check", {"recording", "velocity"}},
@@ -81,6 +85,8 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"slam", {"lab"}},
                           {"pipeline", {"lab"}},
                           {"codec", {"run_folder"}},
+                          {"calibration", {"recording"}},
+                          {"bags", {"recording"}},
                           {"recording", {"run_folder"}},
                           {"session", {"sim"}},
                           {"robot", {"sim"}}}));

@@ -1,10 +1,10 @@
 #include <array>
 
+#include <chasles/bags/bag_testing.hpp>
+#include <chasles/bags/decompress.hpp>
+#include <chasles/bags/ros_image.hpp>
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/recording/bags/bag_testing.hpp>
-#include <chasles/recording/bags/decompress.hpp>
-#include <chasles/recording/bags/ros_image.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/recording/readers.hpp>
 
 #include "kinds.hpp"

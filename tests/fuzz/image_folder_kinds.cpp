@@ -1,6 +1,6 @@
-#include <chasles/recording/bags/bag_testing.hpp>
-#include <chasles/recording/foreign_calibration.hpp>
-#include <chasles/recording/kalibr.hpp>
+#include <chasles/bags/bag_testing.hpp>
+#include <chasles/calibration/foreign_calibration.hpp>
+#include <chasles/calibration/kalibr.hpp>
 #include <chasles/recording/readers.hpp>
 
 #include "kinds.hpp"

@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
+#include <chasles/bags/message_fields.hpp>
 #include <chasles/imu/imu_sample.hpp>
-#include <chasles/recording/bags/message_fields.hpp>
 
 // Messages of ROS 2 as bytes, written by hand: the tests must not rely on the bridge's IDL.
 namespace chasles::test {

@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include <chasles/bags/message_fields.hpp>
 #include <chasles/lie/se3.hpp>
-#include <chasles/recording/bags/message_fields.hpp>
 
 // What the bridge publishes, taken from its bytes by the fields of the .msg files.
 namespace chasles::test {

@@ -7,11 +7,11 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <chasles/bags/ros_image.hpp>
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/recording/bags/ros_image.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 
 namespace chasles::ros1 {
 namespace {

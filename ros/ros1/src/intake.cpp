@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include <chasles/bags/bag_imu.hpp>
+#include <chasles/bags/bag_topics.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/recording/bags/bag_imu.hpp>
-#include <chasles/recording/bags/bag_topics.hpp>
 
 #include "conversions.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <chasles/recording/bags/camera_info.hpp>
+#include <chasles/bags/camera_info.hpp>
 
 #include "conversions.hpp"
 

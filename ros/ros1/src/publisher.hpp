@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 
 #include "parameters.hpp"
 #include "transport.hpp"

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
+#include <chasles/bags/bag_imu.hpp>
+#include <chasles/bags/bag_topics.hpp>
 #include <chasles/base/error.hpp>
-#include <chasles/recording/bags/bag_calibration.hpp>
-#include <chasles/recording/bags/bag_imu.hpp>
-#include <chasles/recording/bags/bag_topics.hpp>
+#include <chasles/recording/bag_calibration.hpp>
 
 namespace chasles::ros1 {
 namespace {

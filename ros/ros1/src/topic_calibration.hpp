@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/recording/bags/bag_contents.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
+#include <chasles/bags/bag_contents.hpp>
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
 
 namespace chasles::ros1 {

@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/bags/bag_testing.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/lie/so3.hpp>
-#include <chasles/recording/bags/bag_testing.hpp>
 
 namespace chasles::ros1 {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/recording/bags/bag_testing.hpp>
+#include <chasles/bags/bag_testing.hpp>
 #include <chasles/recording/readers.hpp>
 
 // Against the calibration of a bag that holds the same messages (tools/test-bags).

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/calibration/imu_range.hpp>
 #include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check.hpp>
 #include <chasles/check/check_calibration.hpp>
@@ -11,7 +12,7 @@
 #include <chasles/check/check_times.hpp>
 #include <chasles/check/check_truth.hpp>
 #include <chasles/check/velocity_clock.hpp>
-#include <chasles/recording/imu_range.hpp>
+#include <chasles/recording/apply_calibration.hpp>
 #include <chasles/velocity/level_axes.hpp>
 
 namespace chasles {

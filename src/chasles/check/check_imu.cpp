@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/median.hpp>
+#include <chasles/calibration/imu_range.hpp>
 #include <chasles/check/check_imu.hpp>
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/recording/gravity.hpp>
-#include <chasles/recording/imu_range.hpp>
 
 namespace chasles {
 namespace {

@@ -4,13 +4,13 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
+#include <chasles/bags/bag_contents.hpp>
 #include <chasles/codec/bomb_testing.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/read_budget.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/recording/bags/bag_contents.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/testing.hpp>
 #include <chasles/run_folder/run.hpp>
@@ -107,7 +107,7 @@ TEST(ReadBudget, OfTracksCountsTheObservations) {
 
 TEST(ReadBudget, OfABagCountsTheChunks) {
   const auto bags =
-      std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/recording/bags/testdata";
+      std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/bags/testdata";
   EXPECT_EQ(scan_bags({bags / "none.bag"}).files.size(), 1u);
   const Variable variable("CHASLES_READ_MEMORY", "5K");
   expect_parts(input_error([&] { scan_bags({bags / "none.bag"}); }),

@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/imu_range.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/recording/imu_range.hpp>
+#include <chasles/recording/apply_calibration.hpp>
 
 namespace chasles {
 namespace {

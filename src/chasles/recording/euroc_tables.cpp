@@ -5,17 +5,17 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/imu_noise.hpp>
+#include <chasles/calibration/imu_range.hpp>
+#include <chasles/calibration/kalibr.hpp>
+#include <chasles/calibration/lens.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
 #include <chasles/recording/euroc_tables.hpp>
-#include <chasles/recording/imu_noise.hpp>
-#include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/inertial_tables.hpp>
-#include <chasles/recording/kalibr.hpp>
-#include <chasles/recording/lens.hpp>
 #include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 

@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/bags/bag_paths.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/foreign_files.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/recording/bags/bag_paths.hpp>
-#include <chasles/recording/folder_names.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
 #include <chasles/recording/readers.hpp>
 

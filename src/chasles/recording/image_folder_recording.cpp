@@ -6,15 +6,16 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/calibration.hpp>
+#include <chasles/calibration/foreign_calibration.hpp>
+#include <chasles/calibration/kalibr.hpp>
 #include <chasles/codec/csv.hpp>
-#include <chasles/recording/calibration.hpp>
-#include <chasles/recording/folder_names.hpp>
-#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/codec/folder_names.hpp>
+#include <chasles/recording/apply_calibration.hpp>
 #include <chasles/recording/image_names.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/image_times.hpp>
 #include <chasles/recording/imu_table.hpp>
-#include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_tables.hpp>
 #include <chasles/recording/truth_table.hpp>

@@ -9,16 +9,17 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/foreign_calibration.hpp>
+#include <chasles/calibration/kalibr.hpp>
+#include <chasles/calibration/kitti_calibration.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/recording/folder_names.hpp>
-#include <chasles/recording/foreign_calibration.hpp>
+#include <chasles/recording/apply_calibration.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/imu_table.hpp>
-#include <chasles/recording/kalibr.hpp>
-#include <chasles/recording/kitti_calibration.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/truth_table.hpp>
 

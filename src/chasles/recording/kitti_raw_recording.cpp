@@ -5,11 +5,11 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/recording/folder_names.hpp>
+#include <chasles/calibration/kitti_calibration.hpp>
+#include <chasles/calibration/lens.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/recording/image_recording.hpp>
-#include <chasles/recording/kitti_calibration.hpp>
 #include <chasles/recording/kitti_oxts.hpp>
-#include <chasles/recording/lens.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/time_order.hpp>
 

@@ -5,14 +5,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/bags/bag_file.hpp>
+#include <chasles/bags/bag_paths.hpp>
+#include <chasles/bags/packed_file.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/codec/foreign_files.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/bags/bag_file.hpp>
-#include <chasles/recording/bags/bag_paths.hpp>
-#include <chasles/recording/bags/packed_file.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/foreign_kinds.hpp>
 #include <chasles/recording/readers.hpp>

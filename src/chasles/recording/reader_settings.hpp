@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstddef>
-#include <limits>
 
 #include <chasles/base/settings.hpp>
+#include <chasles/calibration/all_cameras.hpp>
 
 namespace chasles {
 
@@ -31,8 +31,6 @@ struct Choices<ArchiveExtrinsics> {
   static constexpr std::array list{Choice{ArchiveExtrinsics::kAuto, "auto"},
                                    Choice{ArchiveExtrinsics::kRecorded, "recorded"}};
 };
-
-inline constexpr std::size_t kAllCameras = std::numeric_limits<std::size_t>::max();
 
 /// How an ECE276A archive is read. The defaults repair its known faults. `cameras` is no setting of
 /// that kind: it applies to recordings of images.

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/calibration.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/recording/calibration.hpp>
 #include <chasles/recording/frame_cursor.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/inertial_tables.hpp>

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/recording/calibration.hpp>
+#include <chasles/calibration/calibration.hpp>
+#include <chasles/calibration/foreign_calibration.hpp>
+#include <chasles/calibration/kalibr.hpp>
 #include <chasles/recording/euroc_tables.hpp>
-#include <chasles/recording/foreign_calibration.hpp>
-#include <chasles/recording/kalibr.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
 
 namespace chasles {

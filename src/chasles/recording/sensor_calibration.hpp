@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include <chasles/calibration/imu_intrinsics.hpp>
 #include <chasles/camera/camera.hpp>
 #include <chasles/imu/imu_sample.hpp>
-#include <chasles/recording/imu_intrinsics.hpp>
 #include <chasles/recording/reader_settings.hpp>
 
 namespace chasles {

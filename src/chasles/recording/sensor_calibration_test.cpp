@@ -1,7 +1,8 @@
 #include <cmath>
 
-#include <chasles/recording/bags/bag_testing.hpp>
-#include <chasles/recording/imu_range.hpp>
+#include <chasles/bags/bag_testing.hpp>
+#include <chasles/calibration/imu_range.hpp>
+#include <chasles/recording/apply_calibration.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
 

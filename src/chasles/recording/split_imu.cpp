@@ -6,7 +6,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/base/median.hpp>
-#include <chasles/recording/imu_range.hpp>
+#include <chasles/calibration/imu_range.hpp>
 #include <chasles/recording/sample_batches.hpp>
 #include <chasles/recording/split_imu.hpp>
 #include <chasles/recording/time_order.hpp>

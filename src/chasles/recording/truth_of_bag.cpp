@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/bags/bag_file.hpp>
+#include <chasles/bags/bag_paths.hpp>
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/codec/numbers.hpp>
-#include <chasles/recording/bags/bag_file.hpp>
-#include <chasles/recording/bags/bag_paths.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 #include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <chasles/recording/bags/bag_testing.hpp>
+#include <chasles/bags/bag_testing.hpp>
 #include <chasles/recording/testing.hpp>
 #include <chasles/recording/truth_table.hpp>
 

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/imu_noise.hpp>
+#include <chasles/calibration/imu_range.hpp>
 #include <chasles/codec/image_encode.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/recording/imu_noise.hpp>
-#include <chasles/recording/imu_range.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/write_euroc.hpp>
 

@@ -2,8 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chasles/bags/ros_image.hpp>
 #include <chasles/codec/image_range.hpp>
-#include <chasles/recording/bags/ros_image.hpp>
 #include <chasles/robot/image_decoder.hpp>
 
 namespace chasles {

@@ -4,9 +4,9 @@
 #include <string_view>
 #include <utility>
 
+#include <chasles/bags/ros_messages.hpp>
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/codec/image_decode.hpp>
-#include <chasles/recording/bags/ros_messages.hpp>
 
 namespace chasles {
 

@@ -9,11 +9,11 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/csv.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/folder_names.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>

@@ -10,8 +10,8 @@
 #include <sys/file.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/recording/folder_names.hpp>
 #include <chasles/session/output_folder.hpp>
 
 namespace chasles {

@@ -2,10 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/codec/folder_names.hpp>
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/folder_names.hpp>
 #include <chasles/session/report_run.hpp>
 
 namespace chasles {

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/calibration.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
-#include <chasles/recording/calibration.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/pose_columns.hpp>
 #include <chasles/recording/readers.hpp>
