@@ -49,5 +49,42 @@ TEST(CloneWindow, UnusedClonesLeave) {
   EXPECT_EQ(x.state().clones.size(), 3u);
 }
 
+// A window of two clones is full with its second one. The oldest leaves the window, not the state.
+TEST(CloneWindow, ItIsFullAndDropsTheOldest) {
+  test::Random random(3);
+  SlamContext x = test::some_context(random);
+  x.settings.frames_per_clone = 1;
+  x.settings.clones = 2;
+  CloneWindow clones;
+  const auto augment = [&] {
+    ++x.frame;
+    clones.augment(x, {.time = from_seconds(x.frame), .pixels = {{.landmark = 1}}}, false);
+  };
+  EXPECT_FALSE(clones.full(x.settings));
+  augment();
+  EXPECT_FALSE(clones.full(x.settings));
+  augment();
+  EXPECT_TRUE(clones.full(x.settings));
+  EXPECT_EQ(clones.oldest(), x.frame - 1);
+  const std::size_t in_state = x.state().clones.size();
+  clones.drop_oldest();
+  EXPECT_FALSE(clones.full(x.settings));
+  EXPECT_EQ(clones.oldest(), x.frame);
+  EXPECT_EQ(x.state().clones.size(), in_state);
+  augment();
+  EXPECT_TRUE(clones.full(x.settings));
+  EXPECT_EQ(clones.oldest(), x.frame - 1);
+}
+
+TEST(CloneWindow, WithAFixedDepthThereIsNone) {
+  test::Random random(4);
+  SlamContext x = test::some_context(random);
+  x.settings.init = LandmarkInit::kFixedDepth;
+  CloneWindow clones;
+  clones.augment(x, {.time = from_seconds(10), .pixels = {{.landmark = 1}}}, false);
+  EXPECT_FALSE(clones.augmented());
+  EXPECT_EQ(x.state().clones.size(), 3u);
+}
+
 }  // namespace
 }  // namespace chasles
