@@ -80,7 +80,6 @@ TEST(Arrows, OnlySomeTestsUseMore) {
     if (!used.empty()) more[folder] = used;
   }
   EXPECT_EQ(more, (Arrows{{"filter", {"velocity"}},
-                          {"estimate", {"lab"}},
                           {"initialise", {"lab"}},
                           {"slam", {"lab"}},
                           {"pipeline", {"lab"}},

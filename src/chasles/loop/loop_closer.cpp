@@ -165,7 +165,7 @@ std::optional<LoopReturn> LoopCloser::search_among(PastLandmarks& past,
 }
 
 void LoopCloser::leave_out(const LoopReturn& found, Ekf& filter) {
-  if (found.by_appearance() && placer_.searching()) {
+  if (found.of_map) {
     placer_.reject();
     return;
   }

@@ -18,7 +18,7 @@ using namespace test;
 // The landmarks keep their numbers; their pixels are random.
 Recording with_garbage(double from, double to) {
   Recording recording = simulate_inertial(short_hallway(), 0);
-  const Random random = random_of_run(7, 0);
+  const chasles::Random random = random_of_run(7, 0);
   std::uint64_t frames = 0;
   change_frames(recording, from, to, [&](FeatureFrame& frame) {
     std::uint32_t i = 0;

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <chasles/base/error.hpp>
 #include <chasles/slam/propagator.hpp>
 #include <chasles/slam/step_testing.hpp>
@@ -90,6 +92,90 @@ TEST(Propagator, AMeasurementAppliesAtItsOwnTime) {
   other.propagate(by_hand, from_seconds(1));
   EXPECT_LT(test::distance(x.state(), by_hand.state()), 1e-9);
   EXPECT_GT(test::distance(x.state(), level_context().state()), 0.5);
+}
+
+// A state with a time offset of 20 ms, sigma 5 ms, and samples that change quickly.
+SlamContext offset_context(double time_offset) {
+  State x;
+  x.world_T_imu = {so3::exp({0.1, -0.2, 0.3}), {1, 2, 3}};
+  x.v_world = Vector3d(1, 2, 0);
+  x.additive = Eigen::VectorXd::Constant(6, 0.01);
+  x.time_offset = time_offset;
+  MatrixXd P = 1e-4 * MatrixXd::Identity(16, 16);
+  P(15, 15) = 25e-6;
+  return {.settings = {},
+          .cameras = {},
+          .filter = Ekf(kStandardChart, x, P, {.map = Ekf::Map::kFrozen})};
+}
+
+Propagator turning(const SlamContext& x) {
+  Propagator propagator(x.settings, {}, {});
+  for (int i = 0; i <= 200; ++i) {
+    const double t = 0.005 * i;
+    propagator.add(ImuSample{
+        .time = from_seconds(t),
+        .specific_force_imu = {2 * std::sin(2 * t), 1 + t, kStandardGravity - std::cos(3 * t)},
+        .angular_rate_imu = {0.5 * std::cos(2 * t), 0.4 * t, 1 - std::sin(t)}});
+  }
+  return propagator;
+}
+
+// From the start at 0 of the IMU's clock to two images, with the offset of the context.
+SlamContext at_two_images(double time_offset) {
+  SlamContext x = offset_context(time_offset);
+  x.now = -from_seconds(time_offset);
+  Propagator propagator = turning(x);
+  propagator.propagate(x, from_seconds(0.4));
+  propagator.propagate(x, from_seconds(0.7));
+  return x;
+}
+
+// The state is that of the image by its own clock, so an error of the offset moves it by what the
+// motion is after that time. Without noise, P(state, offset) = d state / d offset * P(offset); the
+// derivative by propagating again with other offsets, which step over samples.
+TEST(Propagator, AnErrorOfTheTimeOffsetMovesTheState) {
+  const SlamContext x = at_two_images(0.02);
+  const auto state = [&](const Eigen::VectorXd& offset) -> Eigen::VectorXd {
+    const SlamContext y = at_two_images(0.02 + offset[0]);
+    Eigen::VectorXd e(9);
+    e << so3::log(y.state().world_T_imu.R * x.state().world_T_imu.R.transpose()),
+        y.state().world_T_imu.p - x.state().world_T_imu.p, *y.state().v_world - *x.state().v_world;
+    return e;
+  };
+  const Eigen::VectorXd expected =
+      test::numeric_derivative(state, Eigen::VectorXd::Zero(1), 1e-3).col(0);
+  const Eigen::VectorXd actual = x.filter.covariance().block(0, 15, 9, 1) / 25e-6;
+  EXPECT_GT(expected.head<3>().norm(), 0.3);
+  EXPECT_LT((actual - expected).norm(), 5e-3 * expected.norm()) << actual << "\n" << expected;
+  EXPECT_NEAR(x.filter.covariance()(15, 15), 25e-6, 1e-15) << "the offset is constant";
+}
+
+// The samples that the filter integrates are those of the IMU's clock.
+TEST(Propagator, WithATimeOffsetTheStateIsThatOfTheImage) {
+  const SlamContext x = at_two_images(0.02);
+  SlamContext without = offset_context(0);
+  Propagator propagator = turning(without);
+  propagator.propagate(without, from_seconds(0.72));
+  EXPECT_LT(test::distance(x.state().world_T_imu, without.state().world_T_imu), 1e-9);
+}
+
+// By the IMU's clock the offset moves nothing: an error of it is none of the motion's.
+TEST(Propagator, TheMotionByTheClockOfTheImuHasNoErrorOfTheOffset) {
+  SlamContext x = offset_context(0.02);
+  x.now = -from_seconds(0.02);
+  Propagator propagator = turning(x);
+  propagator.propagate(x, from_seconds(0.4));
+  SlamContext known = offset_context(0.02);
+  State fixed = known.state();
+  fixed.time_offset.reset();
+  known.filter =
+      Ekf(kStandardChart, fixed, 1e-4 * MatrixXd::Identity(15, 15), {.map = Ekf::Map::kFrozen});
+  Propagator other = turning(known);
+  other.propagate(known, from_seconds(0.42));
+  const NavState by_clock = propagator.motion(x), expected = other.motion(known);
+  EXPECT_LT(test::covariance_difference(by_clock.covariance, expected.covariance), 1e-6);
+  const MatrixXd of_image = x.filter.core_covariance().topLeftCorner<15, 15>();
+  EXPECT_GT(test::covariance_difference(of_image, expected.covariance), 0.1);
 }
 
 TEST(Propagator, NeedsSamplesAndATimeThatRises) {

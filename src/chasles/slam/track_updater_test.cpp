@@ -1,3 +1,5 @@
+#include <iterator>
+
 #include <chasles/slam/step_testing.hpp>
 #include <chasles/slam/track_updater.hpp>
 
@@ -119,6 +121,56 @@ TEST(TrackUpdater, ATrackWaitsWhileItsCamerasAreBlind) {
   add(x, updater, seen_from_clones(x, random));
   updater.update(x, camera_bit(2), CloneWindow{});
   EXPECT_EQ(updater.tracks().size(), 1u);
+}
+
+// When the window is full, the tracks with a view in its oldest clone have their last chance: they
+// update the filter as if they were lost, and wait with new views. Others wait.
+TEST(TrackUpdater, WhereTheWindowIsFullTracksOfItsOldestCloneUpdate) {
+  test::Random random(6);
+  SlamContext x = some_context(random);
+  x.settings.max_landmarks = 0;
+  x.settings.frames_per_clone = 1;
+  x.settings.clones = 2;
+  CloneWindow clones;
+  const auto augment = [&] {
+    ++x.frame;
+    clones.augment(x, {.time = from_seconds(x.frame), .pixels = {{.landmark = kTrack}}}, false);
+  };
+  const SeenFromClones seen = seen_from_clones(x, random);
+  TrackUpdater updater(x.settings);
+  add(x, updater, seen);
+  const auto see = [&](LandmarkId id) {
+    updater.add(x,
+                {.landmark = id,
+                 .camera = 0,
+                 .pixel = test::pixel_of(x.camera(0), x.state().world_T_imu, seen.p_world)},
+                true);
+  };
+  augment();
+  const int oldest = x.frame;
+  see(kTrack);
+  const State before = x.state();
+  updater.update(x, camera_bit(0), clones);
+  EXPECT_EQ(test::distance(x.state(), before), 0) << "there is room for a clone";
+
+  augment();
+  see(kTrack);
+  see(kTrack + 1);  // begins in this frame
+  ASSERT_TRUE(clones.full(x.settings));
+  ASSERT_EQ(clones.oldest(), oldest);
+  SlamContext lost = x;
+  TrackUpdater of_lost = updater;
+  ++lost.frame;
+  of_lost.update(lost, camera_bit(0), CloneWindow{});
+  ASSERT_GT(test::distance(lost.state(), before), 1e-4);
+
+  EXPECT_EQ(updater.update(x, camera_bit(0), clones), 0);
+  EXPECT_LT(test::distance(x.state(), lost.state()), 1e-12);
+  EXPECT_LT(test::covariance_difference(x.filter.covariance(), lost.filter.covariance()), 1e-12);
+  ASSERT_EQ(updater.tracks().size(), 2u);
+  EXPECT_TRUE(updater.tracks().begin()->views.empty()) << "every observation is used once";
+  EXPECT_EQ(std::next(updater.tracks().begin())->views.size(), 1u) << "not in the oldest clone";
+  EXPECT_EQ(of_lost.tracks().size(), 0u);
 }
 
 TEST(TrackUpdater, AKnownDepthMakesALandmark) {

@@ -12,9 +12,9 @@ namespace {
 
 using namespace test;
 
-constexpr double kSigma = 0.005;  // [m]
+constexpr double kHeightSigma = 0.005;  // [m]
 
-TimedMeasurement height(Time time, double z, double sigma = kSigma) {
+TimedMeasurement height(Time time, double z, double sigma = kHeightSigma) {
   return {.time = time, .model = [z, sigma](const State& x) {
             Measurement m;
             m.core_column = 5;  // z of the position
@@ -61,13 +61,13 @@ TEST(TimedMeasurement, OfTheHeightMakesItMoreAccurateAndKeepsTheFilterConsistent
   for (std::uint64_t k = 0; k < kRuns; ++k) {
     const Recording recording = simulate_inertial(short_hallway(), k);
     const InertialStart start = draw_start(recording, {}, 1, k);
-    const Random random = random_of_run(2, k);
+    const chasles::Random random = random_of_run(2, k);
     std::uint64_t number = 0;
     const auto barometer = [&](Time time) -> std::optional<TimedMeasurement> {
       const auto truth = pose_at(recording.truth, time);
       if (++number % 10 != 0 || !truth || time < start.time) return std::nullopt;
-      return height(time,
-                    truth->p.z() + kSigma * random.normal(Stream::kAccelerometerNoise, number));
+      return height(
+          time, truth->p.z() + kHeightSigma * random.normal(Stream::kAccelerometerNoise, number));
     };
     const Estimation run = walk(recording, start, barometer);
     const Estimation plain = walk(recording, start, [](Time) { return std::nullopt; });
