@@ -15,8 +15,8 @@
 #include <chasles/session/interrupt.hpp>
 #include <chasles/session/map_output.hpp>
 #include <chasles/session/output_folder.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
-#include <chasles/session/run_input.hpp>
 #include <chasles/session/run_job.hpp>
 #include <chasles/session/summary.hpp>
 

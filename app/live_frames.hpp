@@ -40,7 +40,7 @@ class LiveFrames {
   FeatureTrails trails_;
   /// The points of the frame that is being processed, if it is to be shown, and its pictures.
   std::optional<Time> shown_;
-  std::map<FeatureTrails::Key, RunFeature> features_;
+  std::map<FeatureTrails::Key, ImageFeature> features_;
   std::vector<GrayImage> shown_pictures_;
 
   std::mutex mutex_;  ///< guards pictures_

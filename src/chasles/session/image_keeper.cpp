@@ -39,14 +39,14 @@ void ImageKeeper::note_outcomes(const FeatureFrame& frame, std::span<const Pixel
   }
 }
 
-RunImage ImageKeeper::image(Time time, int camera) const {
+ShownImage ImageKeeper::image(Time time, int camera) const {
   const Camera& of = cameras_[static_cast<std::size_t>(camera)];
-  RunImage image{.time = time,
-                 .camera = camera,
-                 .width = of.width,
-                 .height = of.height,
-                 .jpeg = {},
-                 .features = {}};
+  ShownImage image{.time = time,
+                   .camera = camera,
+                   .width = of.width,
+                   .height = of.height,
+                   .jpeg = {},
+                   .features = {}};
   const auto pictures = pictures_.find(time);
   if (pictures != pictures_.end()) {
     image.jpeg = pictures->second[static_cast<std::size_t>(camera)];
@@ -57,8 +57,8 @@ RunImage ImageKeeper::image(Time time, int camera) const {
   return image;
 }
 
-std::vector<RunImage> ImageKeeper::take() {
-  std::vector<RunImage> images;
+std::vector<ShownImage> ImageKeeper::take() {
+  std::vector<ShownImage> images;
   for (const auto& [time, features] : features_) {
     for (int camera = 0; camera < std::ssize(cameras_); ++camera) {
       images.push_back(image(time, camera));

@@ -11,7 +11,7 @@
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/recording/recording.hpp>
-#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 #include <chasles/session/feature_trails.hpp>
 
 namespace chasles {
@@ -35,13 +35,13 @@ class ImageKeeper {
   void note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes);
 
   /// Returns the kept frames. see() must not be called afterwards.
-  std::vector<RunImage> take();
+  std::vector<ShownImage> take();
 
  private:
-  using Features = std::map<FeatureTrails::Key, RunFeature>;
+  using Features = std::map<FeatureTrails::Key, ImageFeature>;
 
   bool is_kept(Time time) const;
-  RunImage image(Time time, int camera) const;
+  ShownImage image(Time time, int camera) const;
 
   std::vector<Camera> cameras_;
   std::vector<Time> kept_;                             ///< ascending

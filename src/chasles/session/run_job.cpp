@@ -54,7 +54,7 @@ void add_remarks(const Run& run, const RunReport& report, std::size_t frames,
 }
 
 // The true state, without a random error.
-InertialStart start_at_truth(const Recording& recording, const RunInput& input) {
+InertialStart start_at_truth(const Recording& recording, const RecordingInput& input) {
   if (is_offset_auto(input.truth_options)) {
     throw UsageError(
         "--begin truth needs the truth's clock before the run: expected --truth-time-offset in "
@@ -92,7 +92,7 @@ struct Prepared {
 
 // Examines the truth with the estimate, and applies what the options leave to that: an offset, a
 // point on the body, and the tilt of a world that is not level, with what else is in that world.
-void prepare_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
+void prepare_truth_of_run(const RecordingInput& input, Recording& recording, RecordedRun& result) {
   Run& run = result.run;
   if (run.truth.empty() || run.states.empty()) return;
   TruthReference reference{.name = "the estimate",
@@ -256,7 +256,7 @@ std::function<Prepared(const StopRequest&)> plan(const SessionOptions& o, Record
           "reader.* is for where a recording is read, and this one has been: expected its path, as "
           "in chasles.run(path, reader={...})");
     }
-    RunInput input = o.input;
+    RecordingInput input = o.input;
     input.reader.stale_pixels = settings.reader.stale_pixels;
     input.reader.extrinsics = settings.reader.extrinsics;
     recording = read_input(input);
