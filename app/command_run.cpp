@@ -130,8 +130,11 @@ int run_command(RunCommandOptions o) {
   prepare_outputs(o);
   LiveView live(
       o.live, [&] { interrupt.request(); }, o.output);
-  const CompletedRun run =
-      reporting_failure(live, [&] { return planned([&] { return interrupt.requested(); }, live); });
+  const CompletedRun run = reporting_failure(live, [&] {
+    PreparedRun prepared = planned([&] { return interrupt.requested(); });
+    live.begin(prepared.recorder(), prepared.known(), recording);
+    return prepared.run(live);
+  });
   const bool interrupted = run.result.report.interrupted;
   const Json figures = deliver(o, run, wall);
   print(o, figures);
