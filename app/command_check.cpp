@@ -13,8 +13,8 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/session/diagnosis.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
-#include <chasles/session/run_input.hpp>
 #include <chasles/session/truth_preparation.hpp>
 
 #include "declare_truth.hpp"

@@ -15,8 +15,8 @@
 #include <chasles/session/interrupt.hpp>
 #include <chasles/session/map_output.hpp>
 #include <chasles/session/output_folder.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
-#include <chasles/session/run_input.hpp>
 #include <chasles/session/run_job.hpp>
 #include <chasles/session/summary.hpp>
 
@@ -130,8 +130,11 @@ int run_command(RunCommandOptions o) {
   prepare_outputs(o);
   LiveView live(
       o.live, [&] { interrupt.request(); }, o.output);
-  const CompletedRun run =
-      reporting_failure(live, [&] { return planned([&] { return interrupt.requested(); }, live); });
+  const CompletedRun run = reporting_failure(live, [&] {
+    PreparedRun prepared = planned([&] { return interrupt.requested(); });
+    live.begin(prepared.recorder(), prepared.known(), recording);
+    return prepared.run(live);
+  });
   const bool interrupted = run.result.report.interrupted;
   const Json figures = deliver(o, run, wall);
   print(o, figures);

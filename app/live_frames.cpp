@@ -4,7 +4,7 @@
 
 namespace chasles::app {
 
-void LiveFrames::see(const ImageFrame& images) {
+void LiveFrames::on_images(const ImageFrame& images) {
   if (!service_.shows_frames()) return;
   const std::lock_guard lock(mutex_);
   if (!pictures_ && service_.claim_frame()) pictures_ = images;
@@ -19,7 +19,7 @@ std::optional<ImageFrame> LiveFrames::take_pictures(Time time) {
   return pictures;
 }
 
-void LiveFrames::follow(const FeatureFrame& frame) {
+void LiveFrames::on_frame(const FeatureFrame& frame) {
   finish();
   if (!service_.shows_frames()) return trails_.clear();
   trails_.follow(frame);
@@ -34,7 +34,7 @@ void LiveFrames::follow(const FeatureFrame& frame) {
   features_ = trails_.features(frame);
 }
 
-void LiveFrames::note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+void LiveFrames::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
   if (shown_ != frame.time) return;
   for (const PixelOutcome& one : outcomes) {
     const auto found = features_.find({one.observation.camera, one.observation.landmark});

@@ -96,8 +96,10 @@ LiveView::~LiveView() {
   if (foxglove_server_) foxglove_server_->close(kPatience);
 }
 
-void LiveView::begin(const Run& header, const nlohmann::ordered_json& known,
+void LiveView::begin(const RunRecorder& recorder, const nlohmann::ordered_json& known,
                      const Recording& recording) {
+  recorder_ = &recorder;
+  const Run header = recorder.header();
   if (growing_) growing_->begin(header, known);
   if (run_) {
     run_->begin({.name = header.name,
@@ -118,32 +120,33 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known,
 }
 
 void LiveView::on_images(const ImageFrame& images) {
-  if (frames_) frames_->see(images);
+  if (frames_) frames_->on_images(images);
 }
 
 void LiveView::on_frame(const FeatureFrame& frame) {
-  if (frames_) frames_->follow(frame);
+  if (frames_) frames_->on_frame(frame);
 }
 
 void LiveView::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
-  if (frames_) frames_->note_outcomes(frame, outcomes);
+  if (frames_) frames_->on_outcomes(frame, outcomes);
 }
 
-void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
-                       const std::function<LiveMap()>& map) {
+void LiveView::on_progress(std::size_t frames, Time now) {
+  const Run& run = recorder_->run();
+  const std::function<LiveMap()> map = [this] { return recorder_->live_map(); };
   if (growing_) growing_->extend(run, [&map] { return map().landmarks; });
   for (; shown_ < run.states.size(); ++shown_) {
     if (run_) run_->add(run.states[shown_]);
     if (foxglove_) foxglove_->add(run.states[shown_]);
   }
   if (run_) {
-    run_->progress(frames, recorded_seconds);
+    run_->progress(frames, recorder_->recorded_seconds(now));
     run_->map(map);
   }
   if (foxglove_) foxglove_->map(map);
 }
 
-void LiveView::smoothing() {
+void LiveView::on_smoothing() {
   if (run_) run_->smoothing();
 }
 

@@ -13,7 +13,7 @@
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>
 #include <chasles/run_folder/growing_run.hpp>
-#include <chasles/session/session_observer.hpp>
+#include <chasles/session/run_recorder.hpp>
 
 #include "live_frames.hpp"
 
@@ -40,7 +40,7 @@ std::uint16_t port_of(const std::string& option, const std::string& text);
 
 /// Shows a run in progress: to viewers if --live or --foxglove was given, and in the run folder if
 /// there is one.
-class LiveView : public SessionObserver {
+class LiveView : public RunObserver {
  public:
   /// Starts the servers and prints their URLs to stderr. `stop` is called where a viewer asks the
   /// run to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not
@@ -51,14 +51,15 @@ class LiveView : public SessionObserver {
   LiveView& operator=(const LiveView&) = delete;
   ~LiveView() override;  ///< sends viewers the rest, for some seconds
 
-  void begin(const Run& header, const nlohmann::ordered_json& known,
-             const Recording& recording) override;
+  /// Before the first frame. `known`: the part of the summary that is known then. Recorder and
+  /// recording must outlive the run.
+  void begin(const RunRecorder& recorder, const nlohmann::ordered_json& known,
+             const Recording& recording);
   void on_images(const ImageFrame& images) override;
   void on_frame(const FeatureFrame& frame) override;
   void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override;
-  void advance(const Run& run, std::size_t frames, double recorded_seconds,
-               const std::function<LiveMap()>& map) override;
-  void smoothing() override;
+  void on_progress(std::size_t frames, Time now) override;
+  void on_smoothing() override;
   /// Announces the complete run, after the run folder was written. `summary` includes the timing.
   void finish(const Run& run, std::string summary, bool interrupted);
   void fail(const std::string& why);
@@ -67,6 +68,7 @@ class LiveView : public SessionObserver {
   void serve_page(const LiveOptions& options, std::function<void()> stop);
   void serve_foxglove(std::uint16_t port);
 
+  const RunRecorder* recorder_ = nullptr;  ///< from begin() to the end of the run
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<FoxgloveService> foxglove_;
   std::optional<LiveFrames> frames_;  ///< that viewers can see; none where nobody can

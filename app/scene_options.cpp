@@ -15,7 +15,7 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/session/run_input.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/settings_io.hpp>
 #include <chasles/sim/street.hpp>
 

@@ -53,16 +53,16 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
   std::map<chasles::Outcome, int> outcomes;
   // A state's time is the IMU's, an image's the camera's: they differ by the time offset.
   const Time offset = std::chrono::milliseconds(20);
-  const auto state_of = [&](const RunImage& image) {
+  const auto state_of = [&](const ShownImage& image) {
     return std::ranges::find_if(run.states, [&](const RunState& s) {
       return std::chrono::abs(s.time - image.time) < offset;
     });
   };
-  for (const RunImage& image : run.images) {
+  for (const ShownImage& image : run.images) {
     EXPECT_GT(image.jpeg.size(), 2000u);
     EXPECT_LT(image.jpeg.size(), 40'000u) << "the limit of --help";
     int used = 0, rejected = 0;
-    for (const RunFeature& f : image.features) {
+    for (const ImageFeature& f : image.features) {
       ++outcomes[f.seen.outcome];
       used += f.seen.outcome == chasles::Outcome::kUsed;
       rejected += f.seen.outcome == chasles::Outcome::kRejected;

@@ -8,7 +8,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/recording/time_spans.hpp>
-#include <chasles/session/run_input.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/truth_options.hpp>
 
 #include "arrays.hpp"

@@ -11,7 +11,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/recording/readers.hpp>
-#include <chasles/session/run_input.hpp>
+#include <chasles/session/recording_input.hpp>
 
 #include "arrays.hpp"
 #include "forks.hpp"
@@ -63,7 +63,7 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> max_truth_gap, const std::string& truth_time_offset,
                const std::string& truth_frame, std::optional<double> truth_scale,
                bool truth_inverse) {
-  RunInput input;
+  RecordingInput input;
   input.recording = path;
   input.start = start;
   input.stop = stop;

@@ -93,20 +93,14 @@ std::optional<Error> unsaved(const SessionOptions& o, const Recording& recording
 }
 
 // Shows the frames of a run that are done.
-class ShownProgress : public SessionObserver {
+class ShownProgress : public RunObserver {
  public:
-  explicit ShownProgress(LongCall& call) : call_(call) {}
-  void begin(const Run& /*header*/, const Json& /*known*/, const Recording& recording) override {
-    frames_ = frame_count(recording);
-  }
-  void advance(const Run& /*run*/, std::size_t frames, double /*recorded_seconds*/,
-               const std::function<LiveMap()>& /*map*/) override {
-    call_.show(frames, frames_);
-  }
+  ShownProgress(LongCall& call, std::size_t frames) : call_(call), frames_(frames) {}
+  void on_progress(std::size_t frames, Time /*now*/) override { call_.show(frames, frames_); }
 
  private:
   LongCall& call_;
-  std::size_t frames_ = 0;
+  std::size_t frames_;
 };
 
 // `path`: where the recording was read, or nothing. With settings of the reader it is read again.
@@ -115,13 +109,14 @@ PythonRun run(const Recording& given, const std::filesystem::path& path, const p
   SessionOptions o = options_of(arguments);
   o.input.recording = path;
   LongCall call(progress);
-  ShownProgress shown(call);
   return call.in_turn([&] {
     PythonRun result;
     Recording recording = given;
     const PlannedRun planned = plan_run(o, recording);
     check_map_output(map_target(o));
-    CompletedRun done = planned([&] { return call.stopped(); }, shown);
+    PreparedRun prepared = planned([&] { return call.stopped(); });
+    ShownProgress shown(call, frame_count(recording));
+    CompletedRun done = prepared.run(shown);
     if (!done.result.report.interrupted) {
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),

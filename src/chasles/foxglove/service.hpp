@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/foxglove/run_channels.hpp>
+#include <chasles/foxglove/foxglove_channels.hpp>
 #include <chasles/live/pace.hpp>
 #include <chasles/live/server.hpp>
 #include <chasles/live/service.hpp>
@@ -77,7 +77,7 @@ class FoxgloveService final : public LiveService {
   Inbox inbox_;
 
   // Used by the server's thread only.
-  RunChannels channels_;
+  FoxgloveChannels channels_;
   Pace::Clock::time_point next_frame_{};
 };
 

@@ -20,7 +20,7 @@ LiveMessage message_of(std::string bytes, bool binary) {
 
 }  // namespace
 
-FoxgloveSession::FoxgloveSession(RunChannels& channels, std::string server, std::string id)
+FoxgloveSession::FoxgloveSession(FoxgloveChannels& channels, std::string server, std::string id)
     : channels_(channels),
       server_(std::move(server)),
       id_(std::move(id)),
@@ -102,7 +102,7 @@ std::optional<std::string> FoxgloveSession::next_text() {
   }
   if (advertised_ < channels_.channels().size()) return advertisement();
   if (notices_ < channels_.notices().size()) {
-    const RunChannels::Notice& notice = channels_.notices()[notices_++];
+    const FoxgloveChannels::Notice& notice = channels_.notices()[notices_++];
     return status_text(notice.level, notice.text);
   }
   return std::nullopt;

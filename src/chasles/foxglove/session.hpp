@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include <chasles/foxglove/run_channels.hpp>
+#include <chasles/foxglove/foxglove_channels.hpp>
 #include <chasles/live/service.hpp>
 
 namespace chasles {
@@ -21,7 +21,7 @@ class FoxgloveSession final : public LiveSession {
   static constexpr std::size_t kMostReplies = 16;  ///< status messages that wait to be sent
 
   /// `server`: name and version of the program. The channels must outlive the session.
-  FoxgloveSession(RunChannels& channels, std::string server, std::string id);
+  FoxgloveSession(FoxgloveChannels& channels, std::string server, std::string id);
   ~FoxgloveSession() override;
 
   bool joined() const override { return true; }
@@ -46,7 +46,7 @@ class FoxgloveSession final : public LiveSession {
   Subscriptions::iterator earliest(Time& time);
   std::string advertisement();
 
-  RunChannels& channels_;
+  FoxgloveChannels& channels_;
   const std::string server_, id_;
   bool greeted_ = false;
   std::deque<std::string> replies_;

@@ -23,7 +23,7 @@ std::vector<RunState> part(const ReportRun& drive, std::size_t from, std::size_t
 
 /// A client that has heard all that there was to hear before it subscribed.
 struct Seen {
-  explicit Seen(RunChannels& channels) : session(channels, "chasles 0: drive", "id") {
+  explicit Seen(FoxgloveChannels& channels) : session(channels, "chasles 0: drive", "id") {
     watcher.drain(session);
   }
   void subscribe(const std::vector<std::string>& topics) {
@@ -39,7 +39,7 @@ struct Seen {
 };
 
 TEST(FoxgloveSession, TheServerIntroducesItselfAndItsChannels) {
-  RunChannels channels;
+  FoxgloveChannels channels;
   FoxgloveSession session(channels, "chasles 0", "id");
   Watcher watcher;
   watcher.drain(session);
@@ -55,7 +55,7 @@ TEST(FoxgloveSession, TheServerIntroducesItselfAndItsChannels) {
   }
   EXPECT_EQ(watcher.channels.size(), 14u);
   const ReportRun blind = synthetic_drive({.states = 10, .landmarks = 3, .truth = false});
-  RunChannels fewer;
+  FoxgloveChannels fewer;
   fewer.begin(foxglove_start(blind, 1, false));
   Seen seen(fewer);
   EXPECT_FALSE(seen.watcher.channels.contains("/errors"));
@@ -65,7 +65,7 @@ TEST(FoxgloveSession, TheServerIntroducesItselfAndItsChannels) {
 
 TEST(FoxgloveSession, StatesComeOnceInOrderAndOnlyToThoseWhoSubscribed) {
   const ReportRun drive = synthetic_drive({.states = 300, .landmarks = 3});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   Seen seen(channels), other(channels);
   seen.subscribe({"/pose", "/state", "/errors", "/truth/pose"});
@@ -86,7 +86,7 @@ TEST(FoxgloveSession, StatesComeOnceInOrderAndOnlyToThoseWhoSubscribed) {
 
 TEST(FoxgloveSession, ALateClientGetsTheLastStatesAndTheWholePath) {
   const ReportRun drive = synthetic_drive({.states = 5000, .landmarks = 30});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   channels.add(drive.run.states);
   channels.map({.landmarks = drive.run.landmarks});
@@ -103,7 +103,7 @@ TEST(FoxgloveSession, ALateClientGetsTheLastStatesAndTheWholePath) {
 
 TEST(FoxgloveSession, ASlowClientMissesStatesAndHoldsNothingUp) {
   const ReportRun drive = synthetic_drive({.states = 5000, .landmarks = 3});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   Seen slow(channels);
   slow.subscribe({"/pose"});
@@ -122,7 +122,7 @@ TEST(FoxgloveSession, ASlowClientMissesStatesAndHoldsNothingUp) {
 
 TEST(FoxgloveSession, OfMapsAndFramesOnlyTheLatestIsSent) {
   ReportRun drive = synthetic_drive({.states = 50, .landmarks = 30});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive, 1, true));
   channels.add(drive.run.states);
   Seen seen(channels);
@@ -133,7 +133,7 @@ TEST(FoxgloveSession, OfMapsAndFramesOnlyTheLatestIsSent) {
   for (int k = 0; k < 5; ++k) {
     drive.run.landmarks.pop_back();
     channels.map({.landmarks = drive.run.landmarks});
-    RunImage image{
+    ShownImage image{
         .time = Time(k), .camera = 0, .width = 64, .height = 48, .jpeg = {}, .features = {}};
     channels.frame({.images = {image}, .pictures = {picture}});
   }
@@ -151,7 +151,7 @@ TEST(FoxgloveSession, OfMapsAndFramesOnlyTheLatestIsSent) {
 
 TEST(FoxgloveSession, WhoeverUnsubscribesGetsNoMoreAndMaySubscribeAgain) {
   const ReportRun drive = synthetic_drive({.states = 40, .landmarks = 3});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive, 1, true));
   Seen seen(channels);
   seen.subscribe({"/pose", "/cam0/image"});
@@ -172,7 +172,7 @@ TEST(FoxgloveSession, WhoeverUnsubscribesGetsNoMoreAndMaySubscribeAgain) {
 }
 
 TEST(FoxgloveSession, AClientThatLeavesIsNoSubscriberAnyMore) {
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(synthetic_drive({.states = 5, .landmarks = 3}), 1, true));
   {
     Seen seen(channels);
@@ -184,7 +184,7 @@ TEST(FoxgloveSession, AClientThatLeavesIsNoSubscriberAnyMore) {
 
 TEST(FoxgloveSession, AnEstimateThatReplacesAllStatesIsSentAnew) {
   const ReportRun drive = synthetic_drive({.states = 100, .landmarks = 20});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   channels.add(drive.run.states);
   Seen seen(channels);
@@ -203,7 +203,7 @@ TEST(FoxgloveSession, AnEstimateThatReplacesAllStatesIsSentAnew) {
 
 TEST(FoxgloveSession, ClosuresAndTheSavedMapComeWhenTheyAreThere) {
   const ReportRun drive = synthetic_drive({.states = 50, .landmarks = 30, .prior_map = true});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   channels.add(drive.run.states);
   Seen seen(channels);
@@ -232,7 +232,7 @@ TEST(FoxgloveSession, TimesBefore1970AreLeftOutWithAWarning) {
   ReportRun drive = synthetic_drive({.states = 20, .landmarks = 3, .truth = false});
   const Time first = drive.run.states.front().time;
   for (RunState& s : drive.run.states) s.time -= first + std::chrono::seconds(1);
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   channels.add(drive.run.states);
   channels.finish(drive.run, "{}");
@@ -249,7 +249,7 @@ TEST(FoxgloveSession, TimesBefore1970AreLeftOutWithAWarning) {
 
 TEST(FoxgloveSession, FaultsAreAnsweredAndTheClientGoesOn) {
   const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 3});
-  RunChannels channels;
+  FoxgloveChannels channels;
   channels.begin(foxglove_start(drive));
   channels.add(drive.run.states);
   Seen seen(channels);
@@ -278,7 +278,7 @@ TEST(FoxgloveSession, FaultsAreAnsweredAndTheClientGoesOn) {
 }
 
 TEST(FoxgloveSession, AFloodOfFaultsEndsTheConnectionAndFillsNoMemory) {
-  RunChannels channels;
+  FoxgloveChannels channels;
   Seen seen(channels);
   int taken = 0;
   while (seen.session.take("nonsense", false)) ++taken;

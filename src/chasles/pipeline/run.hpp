@@ -37,15 +37,17 @@ struct EstimateTiming {
   std::optional<double> latency = {};  ///< in real time, for a run that had started before [s]
 };
 
-/// Callbacks of a run, for progress bars, live views and files. Each function does nothing unless
-/// it is overridden; none may change the recording or the estimator.
+/// Who follows a run: what records it, keeps images, draws a progress bar or shows it to viewers.
+/// Each function does nothing unless it is overridden; none may change the recording or the
+/// estimator. Several observers are an ObserverList.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
 
   /// Polled after every frame and during batch estimation, from any thread.
   virtual bool stop() { return false; }
-  virtual void on_images(const ImageFrame&) {}      ///< as SensorFeedOptions::see
+  /// As SensorFeedOptions::see: may run on another thread than the functions below.
+  virtual void on_images(const ImageFrame&) {}
   virtual void on_unreadable(const InputError&) {}  ///< as SensorFeedOptions::unreadable
   virtual void on_frame(const FeatureFrame&) {}     ///< before it is processed
   virtual void on_outcomes(const FeatureFrame&, std::span<const PixelOutcome>) {}

@@ -34,7 +34,7 @@ TEST(PageImages, HoldWhatWasKept) {
   EXPECT_EQ(count[2], 12);
   // The third frame's point 2, which updated the state.
   const std::size_t at = 2 * 12 + 2;
-  const RunFeature& f = run.images[4].features[2];
+  const ImageFeature& f = run.images[4].features[2];
   const auto is = [&](const char* name, double value, double within) {
     EXPECT_NEAR(column(camera[name])[at], value, within) << name;
   };
@@ -59,7 +59,7 @@ TEST(PageImages, HoldWhatWasKept) {
 TEST(PageImages, TakeNoMoreThanTheirBudget) {
   const auto run = with_images().run;
   std::size_t all = 0;
-  for (const RunImage& image : run.images) all += image.jpeg.size();
+  for (const ShownImage& image : run.images) all += image.jpeg.size();
   const auto frames = [&](std::size_t most) {
     const json cameras = images_json(run, most);
     EXPECT_EQ(cameras[0]["jpeg"].size(), cameras[1]["jpeg"].size()) << "whole frames";
@@ -84,7 +84,7 @@ TEST(PageImages, ARunWithoutThemOrWithoutStatesHasNone) {
 
 TEST(PageImages, WhatIsNotFiniteIsLeftOut) {
   auto run = with_images().run;
-  RunFeature& f = run.images[0].features[2];
+  ImageFeature& f = run.images[0].features[2];
   f.seen.expected->covariance(0, 0) = std::nan("");
   f.seen.expected->pixel.x() = std::nan("");
   const json camera = images_json(run, kPagePictures)[0];

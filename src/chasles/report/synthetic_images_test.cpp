@@ -19,11 +19,11 @@ std::string picture(int frame) {
   return jpeg_bytes(image, kWidth / 2);
 }
 
-RunFeature feature(int id, int camera, int frame) {
+ImageFeature feature(int id, int camera, int frame) {
   const Eigen::Vector2d pixel(10 + 14 * id + 0.25 * (frame % 20), 12 + 8 * id);
-  RunFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = pixel},
-                        .outcome = static_cast<Outcome>(id % 4)},
-               .age = frame + 1};
+  ImageFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = pixel},
+                          .outcome = static_cast<Outcome>(id % 4)},
+                 .age = frame + 1};
   if (frame > 0) f.before = pixel - Eigen::Vector2d(6, 1.5);
   if (f.seen.outcome != Outcome::kUsed && f.seen.outcome != Outcome::kRejected) return f;
   const double far = f.seen.outcome == Outcome::kUsed ? 0.5 : 9;

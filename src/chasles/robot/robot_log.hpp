@@ -1,45 +1,37 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <optional>
 #include <span>
-
-#include <nlohmann/json_fwd.hpp>
 
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/recording/recording.hpp>
-#include <chasles/session/observation_spans.hpp>
+#include <chasles/session/run_recorder.hpp>
 
 namespace chasles {
 
-/// What the run folder of a robot's run needs of its estimates: the files of `chasles run -o`,
-/// except those that need the truth.
+/// Writes the run folder of a robot's run: the files of `chasles run -o`, except those that need
+/// the truth or times of processing, and prior_map.csv. One thread.
 class RobotLog {
  public:
   /// `sensors`: cameras and calibration alone. `settings` as given, `decided_settings` by
-  /// decided().
+  /// decided(). The estimator must outlive the calls.
   RobotLog(Recording sensors, InertialRunSettings settings,
            const InertialRunSettings& decided_settings, const Estimator& estimator);
+  RobotLog(const RobotLog&) = delete;
+  RobotLog& operator=(const RobotLog&) = delete;
 
-  void add(const FeatureFrame& frame);
+  void add(const FeatureFrame& frame) { recorder_.on_frame(frame); }
   void add(std::span<const Estimate> estimates);
 
   /// Writes the folder; summary.json has no figures of truth. Throws UsageError if it cannot be
   /// written.
-  void write(const Estimator& estimator, const std::filesystem::path& folder) const;
+  void write(const std::filesystem::path& folder) const;
 
  private:
   Recording sensors_;
   InertialRunSettings settings_;
-  Run run_;
-  ObservationSpans spans_;
-  std::map<Degradation, int> degradations_;
-  std::optional<Time> first_frame_, last_frame_;
-  std::optional<double> start_seconds_, initialised_seconds_;
-  std::size_t frames_ = 0, before_start_ = 0, estimated_ = 0;
-  int zupt_frames_ = 0;
-  std::optional<Calibration> calibration_;
+  const Estimator& estimator_;
+  RunRecorder recorder_;  ///< last, because it uses the others
 };
 
 }  // namespace chasles

@@ -160,8 +160,7 @@ RobotReport RobotSession::report() {
 
 void RobotSession::write_run_folder(const std::filesystem::path& folder) {
   prepare_output(folder);
-  slam_->ask_in_any_case(
-      [&](const VisualInertialSlam& slam) { log_->write(slam.estimator(), folder); });
+  slam_->ask_in_any_case([&](const VisualInertialSlam& /*slam*/) { log_->write(folder); });
 }
 
 }  // namespace chasles

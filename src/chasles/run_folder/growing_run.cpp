@@ -15,8 +15,8 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/folder_replacement.hpp>
 #include <chasles/run_folder/growing_run.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
 #include <chasles/run_folder/run_text.hpp>
 
 namespace chasles {

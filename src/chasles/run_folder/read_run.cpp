@@ -15,10 +15,10 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/folder_replacement.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/run_folder/run_columns.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
 
 namespace chasles {
 namespace {
@@ -325,7 +325,7 @@ Run read_run(const std::filesystem::path& folder) {
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");
   run.plan = read_plan_of(folder);
-  run.images = read_run_images(folder);
+  run.images = read_shown_images(folder);
   return run;
 }
 

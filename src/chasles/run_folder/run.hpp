@@ -14,7 +14,7 @@
 #include <chasles/recording/georeference.hpp>
 #include <chasles/recording/plan.hpp>
 #include <chasles/run_folder/map_sketch.hpp>
-#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 
 namespace chasles {
 
@@ -88,7 +88,7 @@ struct Run {
   Plan plan = {};             ///< of the place, in the truth's world; empty where unknown
   /// Of the truth's world, where known: summary.json's "georeference" when read.
   std::optional<Georeference> georeference = {};
-  std::vector<RunImage> images = {};  ///< kept for display; by time, then camera
+  std::vector<ShownImage> images = {};  ///< kept for display; by time, then camera
 };
 
 /// Whether the z axis of the run's world is vertical: true if the run estimated IMU biases.
@@ -99,7 +99,7 @@ bool is_level(const Run& run);
 std::set<LandmarkId> recognised_landmarks(const Run& run);
 
 /// Writes the folder, and creates it if missing. An earlier run in it is replaced as a whole, or
-/// stays as it is where this fails (RunReplacement). `timing` is called when the other files are
+/// stays as it is where this fails (FolderReplacement). `timing` is called when the other files are
 /// written, for the text of timing.json; empty: no such file. Returns summary.json: `summary`, and
 /// the entry `files` with the sizes and check sums. Throws UsageError if the folder cannot be
 /// written.

@@ -10,9 +10,9 @@
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/run_folder/folder_replacement.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/run_folder/run_columns.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
 #include <chasles/run_folder/run_text.hpp>
 
 namespace chasles {
@@ -168,7 +168,7 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
                                  const std::filesystem::path& folder,
                                  const std::function<std::string()>& timing) {
   check_sizes(run);
-  RunReplacement replacement(folder);
+  FolderReplacement replacement(folder);
   const std::filesystem::path& place = replacement.place();
   write_tum(trajectory_of(run.states), place / "trajectory.tum");
   write_file(place / "states.csv", states_text(run, 0));
@@ -187,7 +187,7 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   if (!run.truth.empty()) write_tum(run.truth, place / "truth.tum");
   if (!run.dead_reckoning.empty()) write_tum(run.dead_reckoning, place / "dead_reckoning.tum");
   write_plan_of(run.plan, place);
-  write_run_images(run.images, place);
+  write_shown_images(run.images, place);
   if (timing) write_file(place / "timing.json", timing());
   return replacement.commit(summary);
 }

@@ -22,12 +22,13 @@ void FeatureTrails::follow(const FeatureFrame& frame) {
   std::erase_if(trails_, [&](const auto& entry) { return frame_ - entry.second.seen > kWaiting; });
 }
 
-std::map<FeatureTrails::Key, RunFeature> FeatureTrails::features(const FeatureFrame& frame) const {
-  std::map<Key, RunFeature> features;
+std::map<FeatureTrails::Key, ImageFeature> FeatureTrails::features(
+    const FeatureFrame& frame) const {
+  std::map<Key, ImageFeature> features;
   for (const PixelObservation& seen : frame.pixels) {
     const Key key(seen.camera, seen.landmark);
     const Trail& trail = trails_.at(key);
-    RunFeature feature{.seen = {.observation = seen}, .age = trail.age};
+    ImageFeature feature{.seen = {.observation = seen}, .age = trail.age};
     if (trail.last.size() > 1) feature.before = trail.last.front();
     features.emplace(key, feature);
   }

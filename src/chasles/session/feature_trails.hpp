@@ -5,14 +5,14 @@
 #include <vector>
 
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 
 namespace chasles {
 
 /// Where the tracked points were in the last frames: their age, and their tails in a picture.
 class FeatureTrails {
  public:
-  static constexpr int kTail = 5;  ///< age of RunFeature::before, in frames
+  static constexpr int kTail = 5;  ///< age of ImageFeature::before, in frames
 
   /// A feature's camera and landmark.
   using Key = std::pair<int, LandmarkId>;
@@ -20,7 +20,7 @@ class FeatureTrails {
   /// Must get every frame, in time order.
   void follow(const FeatureFrame& frame);
   /// The points of the frame that was followed last, without an outcome yet.
-  std::map<Key, RunFeature> features(const FeatureFrame& frame) const;
+  std::map<Key, ImageFeature> features(const FeatureFrame& frame) const;
   void clear() { trails_.clear(); }
 
  private:

@@ -4,6 +4,7 @@
 #include <chasles/session/image_keeper.hpp>
 
 namespace chasles {
+
 ImageKeeper::ImageKeeper(const Recording& recording, std::optional<int> every)
     : cameras_(recording.cameras) {
   if (!every) return;
@@ -17,20 +18,20 @@ bool ImageKeeper::is_kept(Time time) const {
   return std::binary_search(kept_.begin(), kept_.end(), time);
 }
 
-void ImageKeeper::see(const ImageFrame& images) {
+void ImageKeeper::on_images(const ImageFrame& images) {
   if (!is_kept(images.time)) return;
   std::vector<std::string> pictures;
   for (const GrayImage& image : images.images) pictures.push_back(jpeg_bytes(image, kWidth));
   pictures_.emplace(images.time, std::move(pictures));
 }
 
-void ImageKeeper::follow(const FeatureFrame& frame) {
+void ImageKeeper::on_frame(const FeatureFrame& frame) {
   if (kept_.empty()) return;
   trails_.follow(frame);
   if (is_kept(frame.time)) features_[frame.time] = trails_.features(frame);
 }
 
-void ImageKeeper::note_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+void ImageKeeper::on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
   const auto features = features_.find(frame.time);
   if (features == features_.end()) return;
   for (const PixelOutcome& one : outcomes) {
@@ -39,14 +40,14 @@ void ImageKeeper::note_outcomes(const FeatureFrame& frame, std::span<const Pixel
   }
 }
 
-RunImage ImageKeeper::image(Time time, int camera) const {
+ShownImage ImageKeeper::image(Time time, int camera) const {
   const Camera& of = cameras_[static_cast<std::size_t>(camera)];
-  RunImage image{.time = time,
-                 .camera = camera,
-                 .width = of.width,
-                 .height = of.height,
-                 .jpeg = {},
-                 .features = {}};
+  ShownImage image{.time = time,
+                   .camera = camera,
+                   .width = of.width,
+                   .height = of.height,
+                   .jpeg = {},
+                   .features = {}};
   const auto pictures = pictures_.find(time);
   if (pictures != pictures_.end()) {
     image.jpeg = pictures->second[static_cast<std::size_t>(camera)];
@@ -57,8 +58,8 @@ RunImage ImageKeeper::image(Time time, int camera) const {
   return image;
 }
 
-std::vector<RunImage> ImageKeeper::take() {
-  std::vector<RunImage> images;
+std::vector<ShownImage> ImageKeeper::take() {
+  std::vector<ShownImage> images;
   for (const auto& [time, features] : features_) {
     for (int camera = 0; camera < std::ssize(cameras_); ++camera) {
       images.push_back(image(time, camera));

@@ -19,21 +19,20 @@ const Recording& short_street() {
   return recording;
 }
 
-struct CountingObserver : SessionObserver {
-  void begin(const Run& header, const nlohmann::ordered_json& known,
-             const Recording& recording) override {
-    ++starts;
-    named = header.name == recording.name && known.contains("settings");
-  }
+// What a viewer finds in the recorder at each of its calls.
+struct CountingViewer : RunObserver {
+  explicit CountingViewer(const RunRecorder& of) : recorder(of) {}
   void on_frame(const FeatureFrame&) override { ++frames; }
-  void advance(const Run& run, std::size_t done, double,
-               const std::function<LiveMap()>& map) override {
-    grows = grows && run.states.size() >= states && done == frames;
-    states = run.states.size();
-    if (done == 5) landmarks = map().landmarks.size();
+  void on_progress(std::size_t done, Time now) override {
+    grows = grows && recorder.run().states.size() >= states && done == frames &&
+            recorder.recorded_seconds(now) >= seconds;
+    states = recorder.run().states.size();
+    seconds = recorder.recorded_seconds(now);
+    if (done == 5) landmarks = recorder.live_map().landmarks.size();
   }
-  int starts = 0;
-  bool named = false, grows = true;
+  const RunRecorder& recorder;
+  bool grows = true;
+  double seconds = 0;
   std::size_t frames = 0, states = 0, landmarks = 0;
 };
 
@@ -43,25 +42,44 @@ SessionOptions quiet() {
   return options;
 }
 
-TEST(RunJob, ItsObserverFollowsEachFrame) {
+bool goes_on() { return false; }
+
+TEST(RunJob, AViewerBeginsWithTheHeaderAndFollowsEachFrame) {
   Recording recording = short_street();
   const SessionOptions options = quiet();
-  CountingObserver observer;
-  const CompletedRun run = plan_run(options, recording)([] { return false; }, observer);
-  EXPECT_EQ(observer.starts, 1);
-  EXPECT_TRUE(observer.named);
-  EXPECT_TRUE(observer.grows);
-  EXPECT_EQ(observer.frames, frame_count(recording));
-  EXPECT_EQ(observer.states, run.result.run.states.size());
-  EXPECT_GT(observer.landmarks, 0u);
+  PreparedRun prepared = plan_run(options, recording)(goes_on);
+  const chasles::Run header = prepared.recorder().header();
+  EXPECT_EQ(header.name, recording.name);
+  EXPECT_TRUE(header.states.empty());
+  EXPECT_EQ(header.truth.size(), recording.truth.size());
+  EXPECT_TRUE(prepared.known().contains("settings"));
+  CountingViewer viewer(prepared.recorder());
+  const CompletedRun run = prepared.run(viewer);
+  EXPECT_TRUE(viewer.grows);
+  EXPECT_EQ(viewer.frames, frame_count(recording));
+  EXPECT_EQ(viewer.states, run.result.run.states.size());
+  EXPECT_GT(viewer.landmarks, 0u);
+}
+
+TEST(RunJob, ATruthWhoseClockIsNotKnownYetIsInTheResultAlone) {
+  Recording recording = short_street();
+  SessionOptions options = quiet();
+  options.input.truth_options.time_offset = "auto";
+  PreparedRun prepared = plan_run(options, recording)(goes_on);
+  EXPECT_TRUE(prepared.recorder().header().truth.empty());
+  RunObserver nobody;
+  EXPECT_EQ(prepared.run(nobody).result.run.truth.size(), recording.truth.size());
 }
 
 TEST(RunJob, EndsWhereItIsAskedTo) {
   Recording recording = short_street();
   const SessionOptions options = quiet();
-  CountingObserver observer;
-  const CompletedRun run =
-      plan_run(options, recording)([&] { return observer.frames >= 7; }, observer);
+  struct : RunObserver {
+    void on_frame(const FeatureFrame&) override { ++frames; }
+    std::size_t frames = 0;
+  } counter;
+  PreparedRun prepared = plan_run(options, recording)([&] { return counter.frames >= 7; });
+  const CompletedRun run = prepared.run(counter);
   EXPECT_EQ(run.result.run.states.size(), 7u);
   EXPECT_TRUE(run.summary.at("interrupted"));
 }
@@ -72,8 +90,8 @@ TEST(RunJob, TakesItsSettingsFromAFile) {
   Recording recording = short_street();
   SessionOptions options = quiet();
   options.settings.config = file.string();
-  SessionObserver nobody;
-  const CompletedRun run = plan_run(options, recording)([] { return false; }, nobody);
+  RunObserver nobody;
+  const CompletedRun run = plan_run(options, recording)(goes_on).run(nobody);
   EXPECT_EQ(run.summary.at("chart"), "standard");
   std::ofstream(file) << "charts: standard\n";
   EXPECT_THROW(plan_run(options, recording), UsageError);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include <chasles/session/run_input.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/velocity_settings_io.hpp>
 
 namespace chasles {
@@ -12,7 +12,7 @@ namespace chasles {
 /// What a run of a recording is asked for, by a command line or another program (run_job.hpp).
 /// Messages name the options of `chasles run`.
 struct SessionOptions {
-  RunInput input;
+  RecordingInput input;
   SettingSources settings;
   std::filesystem::path trajectory, full_covariance, map, save_map;
   bool extend = false;  ///< saves into `map`

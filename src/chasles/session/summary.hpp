@@ -5,7 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/pipeline/estimator.hpp>
-#include <chasles/session/run_recording.hpp>
+#include <chasles/session/recorded_run.hpp>
 #include <chasles/session/velocity_settings_io.hpp>
 
 // Content of summary.json and timing.json. Two runs with the same input and settings have the same

@@ -27,7 +27,7 @@ constexpr int kCorners = 16;   // of an ellipse
 Json json_of(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
 
 // The factor from the camera's pixels to those of the picture.
-double scale_of(const RunImage& image) {
+double scale_of(const ShownImage& image) {
   if (image.jpeg.empty() || image.width == 0) return 1;
   return static_cast<double>(stated_size(image.jpeg, "a kept image").width) / image.width;
 }
@@ -37,7 +37,7 @@ class Annotations {
  public:
   Annotations(Time time, double scale) : time_(time), scale_(scale) {}
 
-  void add(const RunFeature& feature) {
+  void add(const ImageFeature& feature) {
     const Eigen::Vector2d at = feature.seen.observation.pixel;
     if (feature.before) polygon(MarkKind::kLines, feature.seen.outcome, {at, *feature.before});
     if (feature.seen.expected) {
@@ -108,7 +108,7 @@ std::vector<Eigen::Vector2d> ellipse_points(const ExpectedPixel& expected, doubl
   return points;
 }
 
-Json image_message(const RunImage& image) {
+Json image_message(const ShownImage& image) {
   if (image.jpeg.empty()) return nullptr;
   return {{"timestamp", proto_time(image.time)},
           {"frame_id", fmt::format("cam{}", image.camera)},
@@ -116,14 +116,14 @@ Json image_message(const RunImage& image) {
           {"format", "jpeg"}};
 }
 
-Json annotations_message(const RunImage& image) {
+Json annotations_message(const ShownImage& image) {
   Annotations annotations(image.time, scale_of(image));
-  for (const RunFeature& feature : image.features) annotations.add(feature);
+  for (const ImageFeature& feature : image.features) annotations.add(feature);
   return std::move(annotations).json();
 }
 
-void add_images(const std::vector<RunImage>& images, Channels& out) {
-  for (const RunImage& image : images) {
+void add_images(const std::vector<ShownImage>& images, Channels& out) {
+  for (const ShownImage& image : images) {
     const Json picture = image_message(image);
     if (!picture.is_null()) out.add(image_topic(image.camera), image.time, picture);
     out.add(annotations_topic(image.camera), image.time, annotations_message(image));

@@ -187,7 +187,7 @@ TEST(Mcap, KeptImagesAreThereWithWhatWasSeenInThem) {
   ReportRun drive = synthetic_drive({.states = 50, .landmarks = 0});
   test::add_synthetic_images(drive.run, 10);
   const json topics = read_back(run_mcap(drive, "0")).at("topics");
-  const RunImage& image = drive.run.images[8];  // the last of camera 0
+  const ShownImage& image = drive.run.images[8];  // the last of camera 0
   const json& picture = topics.at("/cam0/image");
   EXPECT_EQ(picture.at("count"), 5);
   EXPECT_EQ(picture.at("last").at("format"), "jpeg");

@@ -5,9 +5,9 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/recording/testing.hpp>
+#include <chasles/run_folder/folder_replacement.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
 
 namespace chasles {
 namespace {
@@ -27,7 +27,7 @@ Run small_run(int states, bool with_truth) {
   return run;
 }
 
-RunImage picture_at(int nanoseconds) {
+ShownImage picture_at(int nanoseconds) {
   return {.time = Time(nanoseconds),
           .camera = 0,
           .width = 4,
@@ -55,7 +55,7 @@ void leave_committed(const fs::path& folder) {
   fs::rename(other, folder / ".written");
 }
 
-TEST(RunReplacement, FilesOfTheEarlierRunGoAndNothingElse) {
+TEST(FolderReplacement, FilesOfTheEarlierRunGoAndNothingElse) {
   const auto folder = test::scratch() / "out";
   auto run = small_run(5, true);
   run.images = {picture_at(1), picture_at(2)};
@@ -80,7 +80,7 @@ TEST(RunReplacement, FilesOfTheEarlierRunGoAndNothingElse) {
   EXPECT_TRUE(fs::exists(folder.parent_path() / "truth.tum"));
 }
 
-TEST(RunReplacement, AFolderWithoutARunKeepsItsFiles) {
+TEST(FolderReplacement, AFolderWithoutARunKeepsItsFiles) {
   const auto folder = test::scratch() / "mine";
   fs::create_directories(folder);
   test::spill(folder / "plan.csv", "mine");
@@ -88,7 +88,7 @@ TEST(RunReplacement, AFolderWithoutARunKeepsItsFiles) {
   EXPECT_EQ(test::slurp(folder / "plan.csv"), "mine");
 }
 
-TEST(RunReplacement, AFileInTheWayOfAFolderIsRejectedBeforeAnythingChanges) {
+TEST(FolderReplacement, AFileInTheWayOfAFolderIsRejectedBeforeAnythingChanges) {
   const auto folder = test::scratch() / "out";
   write_run(small_run(5, true), {}, folder);
   test::spill(folder / "images", "a file");
@@ -99,7 +99,7 @@ TEST(RunReplacement, AFileInTheWayOfAFolderIsRejectedBeforeAnythingChanges) {
   EXPECT_EQ(all_files(folder), before);
 }
 
-TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
+TEST(FolderReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
   const auto folder = test::scratch() / "out";
   leave_committed(folder);
   const auto expected = all_files(folder / ".written");
@@ -120,7 +120,7 @@ TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
   }
 }
 
-TEST(RunReplacement, ASummaryThatNestsWithoutEndIsRejected) {
+TEST(FolderReplacement, ASummaryThatNestsWithoutEndIsRejected) {
   const auto folder = test::scratch() / "out";
   leave_committed(folder);
   test::spill(folder / ".written/summary.json", "{\"files\":" + std::string(200, '['));
@@ -128,7 +128,7 @@ TEST(RunReplacement, ASummaryThatNestsWithoutEndIsRejected) {
                      {"summary.json: nests more than 100 values"});
 }
 
-TEST(RunReplacement, AKillBeforeTheCommitLeavesTheOldRun) {
+TEST(FolderReplacement, AKillBeforeTheCommitLeavesTheOldRun) {
   const auto folder = test::scratch() / "out";
   write_run(small_run(5, true), {{"run", "old"}}, folder);
   write_file(folder / "notes.txt", "of the user");
@@ -140,7 +140,7 @@ TEST(RunReplacement, AKillBeforeTheCommitLeavesTheOldRun) {
   EXPECT_EQ(all_files(folder), before) << "the next run removes the remains when it begins";
 }
 
-TEST(RunReplacement, AnExceptionLeavesTheOldRun) {
+TEST(FolderReplacement, AnExceptionLeavesTheOldRun) {
   const auto folder = test::scratch() / "out";
   write_run(small_run(5, true), {{"run", "old"}}, folder);
   const auto before = all_files(folder);
@@ -151,7 +151,7 @@ TEST(RunReplacement, AnExceptionLeavesTheOldRun) {
   EXPECT_FALSE(fs::exists(folder / ".writing"));
 }
 
-TEST(RunReplacement, FilesOfTheUserStayAndThoseOfTheOldRunGo) {
+TEST(FolderReplacement, FilesOfTheUserStayAndThoseOfTheOldRunGo) {
   const auto folder = test::scratch() / "out";
   auto old = small_run(5, true);
   old.images = {picture_at(1), picture_at(2)};
@@ -170,7 +170,7 @@ TEST(RunReplacement, FilesOfTheUserStayAndThoseOfTheOldRunGo) {
   }
 }
 
-TEST(RunReplacement, AFolderInTheWayLeavesTheOldRun) {
+TEST(FolderReplacement, AFolderInTheWayLeavesTheOldRun) {
   const auto folder = test::scratch() / "out";
   write_run(small_run(5, false), {{"run", "old"}}, folder);
   make_folder(folder / "truth.tum" / "of the user");
@@ -184,7 +184,7 @@ TEST(RunReplacement, AFolderInTheWayLeavesTheOldRun) {
   EXPECT_EQ(all_files(folder), before);
 }
 
-TEST(RunReplacement, WorksThroughALinkAndInAFolderThatCannotBeRenamed) {
+TEST(FolderReplacement, WorksThroughALinkAndInAFolderThatCannotBeRenamed) {
   const auto root = test::scratch(), real = root / "real", link = root / "link";
   make_folder(real);
   fs::create_directory_symlink(real, link);

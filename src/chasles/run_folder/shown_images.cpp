@@ -9,7 +9,7 @@
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/codec/text_file.hpp>
-#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 
 namespace chasles {
 namespace {
@@ -23,13 +23,13 @@ const std::vector<std::string> kImageFeatureColumns = {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int kLargestSide = 1'000'000;  // of an image [px]
 
-std::string picture_name(const RunImage& image) {
+std::string picture_name(const ShownImage& image) {
   return fmt::format("images/cam{}_{}.jpg", image.camera, image.time.count());
 }
 
-void append_features(const RunImage& image, fmt::memory_buffer& rows) {
+void append_features(const ShownImage& image, fmt::memory_buffer& rows) {
   const Eigen::Vector2d none(kNone, kNone);
-  for (const RunFeature& f : image.features) {
+  for (const ImageFeature& f : image.features) {
     const PixelObservation& seen = f.seen.observation;
     const Eigen::Vector2d before = f.before.value_or(none);
     const ExpectedPixel expected = f.seen.expected.value_or(
@@ -50,7 +50,7 @@ int whole(const CsvReader& csv, std::size_t column, int most) {
   throw InputError(fmt::format("{}: found {}, expected 0 to {}", csv.where(column), value, most));
 }
 
-std::string read_picture(const CsvReader& csv, const RunImage& image, const fs::path& folder) {
+std::string read_picture(const CsvReader& csv, const ShownImage& image, const fs::path& folder) {
   if (csv.text(4).empty()) return {};
   const std::string expected = picture_name(image);
   if (csv.text(4) != expected) {
@@ -72,8 +72,8 @@ std::optional<Eigen::Vector2d> pixel(const CsvReader& csv, std::size_t column) {
   return std::nullopt;
 }
 
-RunFeature read_feature(const CsvReader& csv) {
-  RunFeature f;
+ImageFeature read_feature(const CsvReader& csv) {
+  ImageFeature f;
   f.seen.observation = {.landmark = csv.integer(2),
                         .camera = whole(csv, 1, kLargestSide),
                         .pixel = {csv.finite(3), csv.finite(4)}};
@@ -93,12 +93,12 @@ RunFeature read_feature(const CsvReader& csv) {
   return f;
 }
 
-bool is_of(const RunImage& image, const CsvReader& csv) {
+bool is_of(const ShownImage& image, const CsvReader& csv) {
   return image.time == csv.time(0) && image.camera == csv.integer(1);
 }
 
 // Rows of one image are consecutive, in the order of images.csv.
-void read_features(const fs::path& file, std::vector<RunImage>& images) {
+void read_features(const fs::path& file, std::vector<ShownImage>& images) {
   CsvReader csv(file, kImageFeatureColumns, {}, LastLine::kMustEnd);
   auto image = images.begin();
   while (csv.next()) {
@@ -123,10 +123,10 @@ std::vector<std::string> pictures_of(const fs::path& folder) {
   return pictures;
 }
 
-void write_run_images(const std::vector<RunImage>& images, const fs::path& folder) {
+void write_shown_images(const std::vector<ShownImage>& images, const fs::path& folder) {
   if (images.empty()) return;
   fmt::memory_buffer rows, features;
-  for (const RunImage& image : images) {
+  for (const ShownImage& image : images) {
     const std::string file = image.jpeg.empty() ? "" : picture_name(image);
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{}\n", image.time.count(), image.camera,
                    image.width, image.height, file);
@@ -139,18 +139,18 @@ void write_run_images(const std::vector<RunImage>& images, const fs::path& folde
   write_table(folder / "features.csv", kImageFeatureColumns, {features.data(), features.size()});
 }
 
-std::vector<RunImage> read_run_images(const fs::path& folder) {
-  std::vector<RunImage> images;
+std::vector<ShownImage> read_shown_images(const fs::path& folder) {
+  std::vector<ShownImage> images;
   if (!fs::exists(folder / "images.csv")) return images;
   CsvReader csv(folder / "images.csv", kImageColumns, {}, LastLine::kMustEnd);
   while (csv.next()) {
-    RunImage image{.time = csv.time(0),
-                   .camera = whole(csv, 1, kLargestSide),
-                   .width = whole(csv, 2, kLargestSide),
-                   .height = whole(csv, 3, kLargestSide),
-                   .jpeg = {},
-                   .features = {}};
-    const auto key = [](const RunImage& i) { return std::pair(i.time, i.camera); };
+    ShownImage image{.time = csv.time(0),
+                     .camera = whole(csv, 1, kLargestSide),
+                     .width = whole(csv, 2, kLargestSide),
+                     .height = whole(csv, 3, kLargestSide),
+                     .jpeg = {},
+                     .features = {}};
+    const auto key = [](const ShownImage& i) { return std::pair(i.time, i.camera); };
     if (!images.empty() && key(image) <= key(images.back())) {
       throw InputError(fmt::format("{}: time and camera do not rise", csv.where()));
     }

@@ -13,13 +13,13 @@ namespace chasles {
 ///
 /// Every step is on the disk before the next begins (fsync), so that the same holds after a power
 /// cut.
-class RunReplacement {
+class FolderReplacement {
  public:
   /// Creates the folder if it is missing. Throws UsageError if it cannot be written.
-  explicit RunReplacement(const std::filesystem::path& folder);
-  RunReplacement(const RunReplacement&) = delete;
-  RunReplacement& operator=(const RunReplacement&) = delete;
-  ~RunReplacement();  ///< without commit(), removes the new files
+  explicit FolderReplacement(const std::filesystem::path& folder);
+  FolderReplacement(const FolderReplacement&) = delete;
+  FolderReplacement& operator=(const FolderReplacement&) = delete;
+  ~FolderReplacement();  ///< without commit(), removes the new files
 
   /// Where the new files belong.
   const std::filesystem::path& place() const { return writing_; }

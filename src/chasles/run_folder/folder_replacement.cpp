@@ -18,8 +18,8 @@
 #include <chasles/codec/json_text.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/run_folder/run_images.hpp>
-#include <chasles/run_folder/run_replacement.hpp>
+#include <chasles/run_folder/folder_replacement.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 
 namespace chasles {
 namespace {
@@ -185,7 +185,7 @@ void move_up(const fs::path& folder) {
 
 }  // namespace
 
-RunReplacement::RunReplacement(const fs::path& folder)
+FolderReplacement::FolderReplacement(const fs::path& folder)
     : folder_(folder), writing_(folder / kWriting) {
   make_folder(folder_);
   finish_replacement(folder_);
@@ -193,12 +193,12 @@ RunReplacement::RunReplacement(const fs::path& folder)
   make_folder(writing_);
 }
 
-RunReplacement::~RunReplacement() {
+FolderReplacement::~FolderReplacement() {
   std::error_code ignored;
   fs::remove_all(writing_, ignored);
 }
 
-Json RunReplacement::commit(Json summary) {
+Json FolderReplacement::commit(Json summary) {
   try {
     summary[kFiles] = described(writing_);
     check_way(folder_, summary.at(kFiles));

@@ -8,8 +8,8 @@
 #include <chasles/recording/backwards.hpp>
 #include <chasles/recording/image_views.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
-#include <chasles/session/run_input.hpp>
 #include <chasles/session/truth_preparation.hpp>
 
 namespace chasles {
@@ -45,7 +45,7 @@ void check_seconds(const char* option, const std::optional<double>& seconds) {
       fmt::format("{}: found {}, expected a finite number of seconds", option, *seconds));
 }
 
-void cut(Recording& r, const RunInput& input) {
+void cut(Recording& r, const RecordingInput& input) {
   if (!input.start && !input.stop) return;
   const Time begin = first_event(r);
   const double length = to_seconds(last_event(r) - begin);
@@ -186,7 +186,7 @@ void mend_own_truth(Recording& r, const TruthOptions& options) {
   }
 }
 
-Recording read_input(const RunInput& input) {
+Recording read_input(const RecordingInput& input) {
   check_seconds("--start", input.start);
   check_seconds("--stop", input.stop);
   ReaderSettings reader = input.reader;

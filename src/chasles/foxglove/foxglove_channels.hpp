@@ -25,16 +25,16 @@ struct FoxgloveStart {
 
 /// A frame of a run: its points, and its pictures where the recording has them.
 struct FoxgloveFrame {
-  std::vector<RunImage> images;     ///< one per camera, without jpeg
+  std::vector<ShownImage> images;   ///< one per camera, without jpeg
   std::vector<GrayImage> pictures;  ///< one per camera; empty: none
 };
 
 /// A run in progress as channels of messages, those of its MCAP file (docs/viewers.md). Used on the
 /// server's thread only.
-class RunChannels {
+class FoxgloveChannels {
  public:
-  RunChannels();
-  ~RunChannels();
+  FoxgloveChannels();
+  ~FoxgloveChannels();
 
   /// Declares the channels.
   void begin(FoxgloveStart start);

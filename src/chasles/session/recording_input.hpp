@@ -13,7 +13,7 @@
 namespace chasles {
 
 /// Input of a run, without its settings.
-struct RunInput {
+struct RecordingInput {
   std::filesystem::path recording;
   std::filesystem::path truth;  ///< as read_truth(); empty: that of the recording, if any
   TruthOptions truth_options = {};
@@ -29,7 +29,7 @@ struct RunInput {
 /// readers do, and for a truth that has no time in common with the frames. Throws UsageError if
 /// start and stop leave nothing, or cameras are missing. Throws Error(kNotInitialised) for a
 /// recording without frames, or with neither velocities nor IMU samples.
-Recording read_input(const RunInput& input);
+Recording read_input(const RecordingInput& input);
 
 /// Replaces the truth of a recording by that of a file, as read_truth() and mend_truth() have it,
 /// and drops what is in the world of its own truth. Decides `truth_level`. Throws as these do.

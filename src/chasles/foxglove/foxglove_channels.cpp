@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/codec/image_encode.hpp>
-#include <chasles/foxglove/run_channels.hpp>
+#include <chasles/foxglove/foxglove_channels.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/image_messages.hpp>
 #include <chasles/viewers/map_messages.hpp>
@@ -33,26 +33,26 @@ bool continues(const std::vector<RunState>& states, const std::vector<RunState>&
 
 }  // namespace
 
-RunChannels::RunChannels() : schemas_(foxglove_schemas()) {}
-RunChannels::~RunChannels() = default;
+FoxgloveChannels::FoxgloveChannels() : schemas_(foxglove_schemas()) {}
+FoxgloveChannels::~FoxgloveChannels() = default;
 
-bool RunChannels::Camera::is_shown() const {
+bool FoxgloveChannels::Camera::is_shown() const {
   return annotations->subscribers > 0 || (image && image->subscribers > 0);
 }
 
 template <typename Kind, typename... Arguments>
-Kind* RunChannels::declare(Arguments&&... arguments) {
+Kind* FoxgloveChannels::declare(Arguments&&... arguments) {
   auto channel = std::make_unique<Kind>(std::forward<Arguments>(arguments)...);
   Kind* const declared = channel.get();
   channels_.push_back(std::move(channel));
   return declared;
 }
 
-LatestChannel* RunChannels::latest(const ViewerTopic& topic) {
+LatestChannel* FoxgloveChannels::latest(const ViewerTopic& topic) {
   return declare<LatestChannel>(topic, schemas_);
 }
 
-void RunChannels::begin(FoxgloveStart start) {
+void FoxgloveChannels::begin(FoxgloveStart start) {
   run_ = std::move(start.header);
   summary_ = std::move(start.summary);
   comparison_ = {std::move(run_.truth), run_.pairing, coordinates_of(summary_), is_level(run_)};
@@ -64,7 +64,7 @@ void RunChannels::begin(FoxgloveStart start) {
   declare_cameras(start.cameras, start.pictures);
 }
 
-void RunChannels::declare_states() {
+void FoxgloveChannels::declare_states() {
   const auto each = [this](const ViewerTopic& topic, auto message) {
     declare<StateChannel>(
         topic, schemas_, run_.states, [this] { return run_.states.size(); },
@@ -79,7 +79,7 @@ void RunChannels::declare_states() {
   tf_cameras_ = latest(kTfCamerasTopic);
 }
 
-void RunChannels::declare_truth() {
+void FoxgloveChannels::declare_truth() {
   // A state is compared once the truth is placed; those before that have no truth.
   const auto each = [this](const ViewerTopic& topic, auto message) {
     declare<StateChannel>(
@@ -110,22 +110,22 @@ void RunChannels::declare_truth() {
       });
 }
 
-void RunChannels::declare_cameras(int cameras, bool pictures) {
+void FoxgloveChannels::declare_cameras(int cameras, bool pictures) {
   for (int k = 0; k < cameras; ++k) {
     cameras_.push_back({.image = pictures ? latest(image_topic(k)) : nullptr,
                         .annotations = latest(annotations_topic(k))});
   }
 }
 
-std::optional<Time> RunChannels::now() const {
+std::optional<Time> FoxgloveChannels::now() const {
   return run_.states.empty() ? std::nullopt : std::optional(run_.states.back().time);
 }
 
-void RunChannels::notice(StatusLevel level, std::string text) {
+void FoxgloveChannels::notice(StatusLevel level, std::string text) {
   notices_.push_back({.level = level, .text = std::move(text)});
 }
 
-void RunChannels::add(const std::vector<RunState>& states) {
+void FoxgloveChannels::add(const std::vector<RunState>& states) {
   if (states.empty()) return;
   const bool first = run_.states.empty();
   std::ranges::remove_copy_if(states, std::back_inserter(run_.states), is_early);
@@ -142,14 +142,14 @@ void RunChannels::add(const std::vector<RunState>& states) {
   });
 }
 
-void RunChannels::map(LiveMap map) {
+void FoxgloveChannels::map(LiveMap map) {
   run_.landmarks = std::move(map.landmarks);
   if (map.prior_map) run_.prior_map = std::move(map.prior_map);
   show_map();
   show_closures(Json::parse(map.known, nullptr, false));
 }
 
-void RunChannels::show_map() {
+void FoxgloveChannels::show_map() {
   const std::optional<Time> time = now();
   if (!time) return;
   map_->set(*time, [this, time] { return map_cloud(run_.landmarks, *time); });
@@ -165,7 +165,7 @@ void RunChannels::show_map() {
   });
 }
 
-void RunChannels::show_closures(const Json& known) {
+void FoxgloveChannels::show_closures(const Json& known) {
   if (!known.is_object()) return;
   std::size_t count = 0;
   closure_messages(known, run_, [&](Time time, const Json& message) {
@@ -174,13 +174,15 @@ void RunChannels::show_closures(const Json& known) {
   });
 }
 
-bool RunChannels::shows_frames() const { return std::ranges::any_of(cameras_, &Camera::is_shown); }
+bool FoxgloveChannels::shows_frames() const {
+  return std::ranges::any_of(cameras_, &Camera::is_shown);
+}
 
-void RunChannels::frame(FoxgloveFrame frame) {
+void FoxgloveChannels::frame(FoxgloveFrame frame) {
   const std::size_t count = std::min(cameras_.size(), frame.images.size());
   for (std::size_t k = 0; k < count; ++k) {
     const Camera& camera = cameras_[k];
-    const auto image = std::make_shared<RunImage>(std::move(frame.images[k]));
+    const auto image = std::make_shared<ShownImage>(std::move(frame.images[k]));
     if (!camera.is_shown() || image->time < Time::zero()) continue;
     if (k < frame.pictures.size()) image->jpeg = jpeg_bytes(frame.pictures[k], kPictureWidth);
     if (camera.image) {
@@ -190,13 +192,13 @@ void RunChannels::frame(FoxgloveFrame frame) {
   }
 }
 
-void RunChannels::show() {
+void FoxgloveChannels::show() {
   if (!ways_ || Clock::now() < next_way_) return;
   next_way_ = Clock::now() + kBetweenWays;
   ways_->show();
 }
 
-void RunChannels::finish(Run run, const std::string& summary) {
+void FoxgloveChannels::finish(Run run, const std::string& summary) {
   if (!ways_) return;  // the run did not begin
   std::erase_if(run.states, is_early);
   if (!continues(run_.states, run.states)) {

@@ -1,6 +1,6 @@
 #include <chasles/codec/image_encode.hpp>
 #include <chasles/recording/testing.hpp>
-#include <chasles/run_folder/run_images.hpp>
+#include <chasles/run_folder/shown_images.hpp>
 
 namespace chasles {
 namespace {
@@ -9,10 +9,10 @@ namespace fs = std::filesystem;
 using test::expect_parts;
 using test::input_error;
 
-RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
-  RunFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
-                        .outcome = outcome},
-               .age = 7};
+ImageFeature feature(LandmarkId id, int camera, Outcome outcome) {
+  ImageFeature f{.seen = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
+                          .outcome = outcome},
+                 .age = 7};
   if (outcome == Outcome::kWaiting) return f;
   f.before = Eigen::Vector2d(1.5, 2.75);
   f.seen.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
@@ -21,10 +21,10 @@ RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
 }
 
 // Two cameras; the second has no picture of the second frame.
-std::vector<RunImage> example_images() {
+std::vector<ShownImage> example_images() {
   const std::string picture =
       jpeg_bytes({.width = 8, .height = 6, .pixels = std::vector<std::uint8_t>(48, 90)}, 8);
-  std::vector<RunImage> images;
+  std::vector<ShownImage> images;
   for (const Time time : {Time(1'000'000'007), Time(2'000'000'000)}) {
     for (const int camera : {0, 1}) {
       const bool shown = camera == 0 || images.size() < 2;
@@ -42,10 +42,10 @@ std::vector<RunImage> example_images() {
   return images;
 }
 
-TEST(RunImages, AreReadAgainAsTheyWereWritten) {
+TEST(ShownImages, AreReadAgainAsTheyWereWritten) {
   const auto folder = test::scratch();
-  write_run_images(example_images(), folder);
-  const auto images = example_images(), again = read_run_images(folder);
+  write_shown_images(example_images(), folder);
+  const auto images = example_images(), again = read_shown_images(folder);
   ASSERT_EQ(again.size(), images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_EQ(again[i].time, images[i].time);
@@ -55,7 +55,7 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
     EXPECT_EQ(again[i].jpeg, images[i].jpeg);
     ASSERT_EQ(again[i].features.size(), images[i].features.size()) << i;
     for (std::size_t k = 0; k < images[i].features.size(); ++k) {
-      const RunFeature &a = again[i].features[k], &b = images[i].features[k];
+      const ImageFeature &a = again[i].features[k], &b = images[i].features[k];
       EXPECT_EQ(a.seen.observation.landmark, b.seen.observation.landmark);
       EXPECT_EQ(a.seen.observation.camera, b.seen.observation.camera);
       EXPECT_EQ(a.seen.observation.pixel, b.seen.observation.pixel);
@@ -73,15 +73,15 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
 // Replaces a text in a file of the folder and returns the error message.
 std::string error(const std::string& file, const std::string& what, const std::string& by) {
   const auto folder = test::scratch();
-  write_run_images(example_images(), folder);
+  write_shown_images(example_images(), folder);
   std::string text = test::slurp(folder / file);
   const auto place = text.find(what);
   EXPECT_NE(place, std::string::npos) << what;
   test::spill(folder / file, text.replace(place, what.size(), by));
-  return input_error([&] { read_run_images(folder); });
+  return input_error([&] { read_shown_images(folder); });
 }
 
-TEST(RunImages, WhatIsWrongIsReportedWithItsPlace) {
+TEST(ShownImages, WhatIsWrongIsReportedWithItsPlace) {
   expect_parts(error("images.csv", "images/cam0_1000000007.jpg", "../../secret.jpg"),
                {"images.csv:2", "image", "expected images/cam0_1000000007.jpg"});
   expect_parts(error("images.csv", "2000000000,0", "1000000007,0"), {"images.csv:4", "rise"});
@@ -95,14 +95,14 @@ TEST(RunImages, WhatIsWrongIsReportedWithItsPlace) {
   expect_parts(error("features.csv", ",7,", ",-7,"), {"features.csv:2", "age"});
 }
 
-TEST(RunImages, AFileThatIsMissingIsReported) {
+TEST(ShownImages, AFileThatIsMissingIsReported) {
   const auto folder = test::scratch();
-  write_run_images(example_images(), folder);
+  write_shown_images(example_images(), folder);
   fs::remove(folder / "images/cam1_1000000007.jpg");
-  expect_parts(input_error([&] { read_run_images(folder); }), {"cam1_1000000007.jpg"});
-  write_run_images(example_images(), folder);
+  expect_parts(input_error([&] { read_shown_images(folder); }), {"cam1_1000000007.jpg"});
+  write_shown_images(example_images(), folder);
   fs::remove(folder / "features.csv");
-  expect_parts(input_error([&] { read_run_images(folder); }), {"features.csv"});
+  expect_parts(input_error([&] { read_shown_images(folder); }), {"features.csv"});
 }
 
 }  // namespace
