@@ -9,8 +9,8 @@
 
 namespace chasles {
 
-/// Writes the run folder of a robot's run: the files of `chasles run -o`, except those that need
-/// the truth or times of processing, and prior_map.csv. One thread.
+/// Writes the run folder of a robot's run: the files of `chasles run -o`, except prior_map.csv,
+/// timing.json and those that need the truth. One thread.
 class RobotLog {
  public:
   /// `sensors`: cameras and calibration alone. `settings` as given, `decided_settings` by

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/session/truth_mending.hpp>
 #include <chasles/session/truth_of_run.hpp>
 #include <chasles/session/truth_preparation.hpp>
 
