@@ -126,7 +126,7 @@ TEST(LoopCloserAppearance, RecognisedTracksContinueUnderTheFirstIds) {
 }
 
 // At most every 0.3 s, in an image, and from two places.
-TEST(LoopCloserAppearance, LooksNowAndThenAndFromTwoPlaces) {
+TEST(LoopCloserAppearance, SearchesNowAndThenAndFromTwoPlaces) {
   SceneRun run(TexturedScene(1));
   run.initialise(1);
   run.search(1);
