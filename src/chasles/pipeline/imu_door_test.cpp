@@ -45,8 +45,11 @@ TEST(ImuDoor, AllEstimatorsTakeTheMeasurementsThatOneScreenReleases) {
     std::vector<Time> measured;
     EventStream events(recording);
     while (const auto event = events.next()) {
-      std::visit([&](const auto& one) { estimator->process(one); }, *event);
-      for (const ImuSample& sample : estimator->measured()) measured.push_back(sample.time);
+      const auto* sample = std::get_if<ImuSample>(&*event);
+      const auto* frame = std::get_if<FeatureFrame>(&*event);
+      if (sample) estimator->process(*sample);
+      if (frame) estimator->process(*frame);
+      for (const ImuSample& one : estimator->measured()) measured.push_back(one.time);
     }
     EXPECT_EQ(measured, expected);
     const EstimatorReport report = estimator->report();
