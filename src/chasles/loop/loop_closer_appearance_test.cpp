@@ -278,8 +278,26 @@ TEST(LoopCloserAppearance, FindsThePlaceInAMap) {
   ASSERT_TRUE(in_map.found->of_map);
   EXPECT_FALSE(run.closer.placed());
   const auto matches = matched_ids(*in_map.found);
+  // Of the pixels, where the accepted points are thought to be.
+  const auto squares = [&](const auto& p_nav) {
+    double sum = 0;
+    for (const auto& [track, landmark] : matches) {
+      const Vector3d p_imu = run.filter.state().world_T_imu.inverse() * p_nav(landmark);
+      sum += (in_map.frame.pixels[static_cast<std::size_t>(track - 101)].pixel -
+              project(run.scene.camera, run.scene.camera.cam_T_imu * p_imu)->pixel)
+                 .squaredNorm();
+    }
+    return sum;
+  };
+  const double proposed = squares([&](LandmarkId id) {
+    return std::ranges::find(in_map.found->candidates, id, &LoopCandidate::id)->past->p_nav;
+  });
   run.closer.close(*in_map.found, run.filter, run.records, run.at);
   ASSERT_TRUE(run.closer.placed());
+  const double refined = squares([&](LandmarkId id) {
+    return run.filter.state().landmarks[static_cast<std::size_t>(index_of(run.filter, id))].p_world;
+  });
+  EXPECT_LT(refined, 0.9 * proposed) << "the accepted matches refine the place";
   EXPECT_EQ(run.closer.place_counts().placed, run.at.by_imu);
   const SE3 off = run.closer.placed()->nav_T_map(run.filter) * run.nav_T_scene.inverse();
   EXPECT_LT(so3::log(off.R).norm(), 0.05);

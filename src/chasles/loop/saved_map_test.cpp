@@ -167,7 +167,6 @@ TEST(SavedMap, LeavesOutWhatCannotBeRecognised) {
             }),
             9u)
       << "observed nine times";
-  // 9 where 8 is.
   EXPECT_EQ(size_with([](Mapped& x) {
               x.past[7].p_nav = x.past.at(kFirstMapId + 2).p_nav;
               x.past[7].appearance = x.past.at(kFirstMapId + 2).appearance;
@@ -176,7 +175,7 @@ TEST(SavedMap, LeavesOutWhatCannotBeRecognised) {
       << "a point of the map is there";
 }
 
-// So far the run has left nothing but 7 behind.
+// Of the run's own landmarks, 7 alone has left.
 TEST(SavedMap, UntilATimeHasOwnLandmarksThatLeftBefore) {
   const Mapped x(3);
   EXPECT_EQ(sessions(x.saved(kLeft + Time(1))), (std::vector{0, 0, 0, 0, 1, 0, 0}));
