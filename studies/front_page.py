@@ -170,7 +170,7 @@ def comparison(results: Json) -> str:
 
 NOTES = """ATE is by `chasles evaluate`, aligned by position and yaw; CPU times are without image decoding, and at
 Chasles {timed}. A NEES of 6 is consistent. The peers are {versions}, with online calibration off and
-the IMU noise that each ships; ORB-SLAM3 has its path after the run. Basalt was not run.
+the IMU noise that each ships; ORB-SLAM3 has its path after the run.
 [studies/peers.md](studies/peers.md) has the conditions, and what "late" and "in part" mean."""
 
 
@@ -237,26 +237,30 @@ This page compares Chasles with other programs on recordings of real images. `ma
 from `studies/results.json`. It measures Chasles again; the figures of the peers stay.
 
 - Peers: {versions}, run offline. Their figures and all times are of one comparison beside Chasles
-  {timed}: {source}.
+  {timed}: {source}. Those of Basalt are of
+  {basalt}. In turns with it, Chasles took {basalt_mono} ms a frame with one camera and {basalt_stereo} with
+  two.
 - ATE and attitude are by `chasles evaluate`, aligned by position and yaw. On EuRoC they count from
   {after:.1f} s on, so that no late start gains.
 - Online calibration is off, and the IMU noise is that which each program ships. {conditions}
 - Times are processor time, without image decoding; those of Chasles without smoothing.
-- ORB-SLAM3 has its path after the run, and states no covariance.
+- ORB-SLAM3 has its path after the run. It and Basalt state no covariance.
 - Chasles: {measured}."""
 
 PEERS_TAIL = """- *MH_01.* With one camera, ORB-SLAM3 loses {lost:.0f} of {lost_of:.0f} runs.
 - *MH_03.* With its online calibration, OpenVINS has {calibrated} m. ORB-SLAM3 tracks {tracked} of
-  {of_frames} frames.
+  {of_frames} frames. Basalt starts with velocity zero and the first sample of the IMU, and this recording
+  begins in flight. Begun up to {basalt_late} s later, {basalt_good} of {basalt_starts} runs of Basalt have
+  {basalt_fast} m, and the others diverge.
 - *KITTI.* OpenVINS starts at {start:.1f} s, with {openvins} m on its {openvins_frames} frames; Chasles has
   {openvins_own} m there. sqrtVINS does not start. ORB-SLAM3 has {orb} m on {orb_frames} of {kitti_frames}
-  frames; Chasles has {orb_own} m there.
+  frames; Chasles has {orb_own} m there. The start of Basalt takes a wrong vertical from the car's
+  acceleration: aligned in all directions it has {basalt_kitti} m.
 - *Another {cut[seconds]:.0f} s of {cut[name]}*, one camera: the filter has {cut[Chasles]:.3f} m, its smoothed
   path {cut[smoothed]:.3f}, `window:20` {cut[window:20]:.3f} and the batch {cut[batch]:.3f}; sqrtVINS has
   {cut[sqrtVINS]:.3f} and OpenVINS {cut[OpenVINS]:.3f}.
 - *Memory* on a rendered walk of {memory[seconds]:.0f} s: Chasles {memory[Chasles]:.0f} MB, with `window:20`
-  {memory[window:20]:.0f} MB, OpenVINS and sqrtVINS about {memory[peers]:.0f} MB.
-- *Basalt* was not run on these recordings."""
+  {memory[window:20]:.0f} MB, OpenVINS and sqrtVINS about {memory[peers]:.0f} MB."""
 
 
 def peers_page(results: Json) -> str:
@@ -268,9 +272,12 @@ def peers_page(results: Json) -> str:
           f"{run.row['chasles']['compared']['attitude_posyaw_deg']:.2f}", run.inside] for run in runs.values()])
     fast, kitti = runs["MH_03", 1].row, runs["KITTI 00", 2].row
     openvins, orb = kitti["ate_m"]["OpenVINS"], kitti["ate_m"]["ORB-SLAM3"]
-    mono = runs["MH_01", 1].row["ate_m"]["ORB-SLAM3"]
+    mono, basalt = runs["MH_01", 1].row["ate_m"]["ORB-SLAM3"], fast["ate_m"]["Basalt"]
     head = PEERS_HEAD.format(versions=versions(peers), timed=peers["chasles"], source=peers["source"],
                              conditions=peers["conditions"], measured=state(part["measured"]),
+                             basalt=peers["basalt"]["source"],
+                             basalt_mono=several(peers["basalt"]["chasles_cpu_ms"][0], ms_text),
+                             basalt_stereo=several(peers["basalt"]["chasles_cpu_ms"][1], ms_text),
                              after=max(row["chasles"]["compared"]["from_s"] for row in part["rows"]))
     tail = PEERS_TAIL.format(
         lost=mono["lost"], lost_of=mono["runs"],
@@ -280,6 +287,9 @@ def peers_page(results: Json) -> str:
         openvins_frames=f"{openvins['frames']:.0f}", openvins_own=metres(openvins["chasles_there_m"]),
         orb=metres(orb["m"]), orb_frames=f"{orb['frames']:.0f}", orb_own=metres(orb["chasles_there_m"]),
         kitti_frames=f"{kitti['chasles']['frames']:.0f}",
+        basalt_late=basalt["last_start_s"], basalt_good=f"{basalt['converged']:.0f}",
+        basalt_starts=f"{basalt['starts']:.0f}", basalt_fast=several(basalt["m"], metres),
+        basalt_kitti=metres(kitti["ate_m"]["Basalt"]["se3_m"]),
         cut=peers["other_cut"], memory=peers["memory_mb"])
     title, text = head.split("\n\n", 1)
     return "\n\n".join([title, wrap(text), comparison(results), own, wrap(tail)]) + "\n"

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/base/error.hpp>
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 // The screen of an estimator is the door of all IMU samples: what is behind it are measurements.
@@ -59,17 +57,6 @@ TEST(ImuDoor, AllEstimatorsTakeTheMeasurementsThatOneScreenReleases) {
     EXPECT_GT(report.imu.zero, 50);
     EXPECT_EQ(report.resets, 1) << "the zeros are a gap";
   }
-}
-
-TEST(ImuDoor, ThePredictorOfAProgramIsTakenOnce) {
-  const Recording recording = faulty_walk();
-  VisualInertialSlam slam(recording.cameras, *recording.imu_noise);
-  StatePredictor taken = slam.take_predictor();
-  for (std::size_t i = 0; i < 200; ++i) slam.process(recording.imu[i]);
-  const Time now = recording.imu[199].time;
-  EXPECT_FALSE(slam.predicted(now));
-  EXPECT_FALSE(taken.at(now)) << "it has no estimate yet";
-  EXPECT_THROW(slam.take_predictor(), UsageError);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ RealtimeSlam::RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options opt
       cameras_(slam_->cameras()),
       options_(options),
       on_estimates_(std::move(on_estimates)),
-      predictor_(slam_->take_predictor().with(StatePredictor::Work::kAtOnce)) {
+      predictor_(slam_->predictor().with(StatePredictor::Work::kAtOnce)) {
   worker_ = std::thread([this] { work(); });
 }
 

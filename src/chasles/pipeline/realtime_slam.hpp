@@ -97,6 +97,8 @@ class RealtimeSlam {
   const Options options_;
   const Callback on_estimates_;
 
+  /// At the time of arrival, for controllers. That of slam_ is at the time of the estimator: who
+  /// gets an estimate gets the state of its time, however far the samples are ahead.
   mutable std::mutex predictor_mutex_;
   mutable StatePredictor predictor_;
 

@@ -1,6 +1,5 @@
 #include <utility>
 
-#include <chasles/base/error.hpp>
 #include <chasles/base/overloaded.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
@@ -38,24 +37,13 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
       predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
-  if (predictor_) predictor_->add(sample);
+  predictor_.add(sample);
   order_.add(sample);
   return take_due();
 }
 
 void VisualInertialSlam::note(const std::vector<Estimate>& estimates) {
-  if (predictor_ && !estimates.empty()) predictor_->correct(estimates.back());
-}
-
-std::optional<PredictedState> VisualInertialSlam::predicted(Time time) {
-  return predictor_ ? predictor_->at(time) : std::nullopt;
-}
-
-StatePredictor VisualInertialSlam::take_predictor() {
-  if (!predictor_) throw UsageError("VisualInertialSlam: its predictor was taken before");
-  StatePredictor taken = std::move(*predictor_);
-  predictor_.reset();
-  return taken;
+  if (!estimates.empty()) predictor_.correct(estimates.back());
 }
 
 std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {

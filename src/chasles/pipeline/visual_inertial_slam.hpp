@@ -47,11 +47,9 @@ class VisualInertialSlam {
   /// The state at any time since the last estimate, by the samples: for controllers, which need it
   /// more often than images come (StatePredictor). Its time is on the IMU's clock. None before a
   /// start, before the last estimate's time, StatePredictor::kLongest after it, where it is lost,
-  /// where samples are missing, and after take_predictor().
-  std::optional<PredictedState> predicted(Time time);
-  /// The predictor, for who predicts on another thread and corrects it there. Throws UsageError if
-  /// it was taken before.
-  StatePredictor take_predictor();
+  /// and where samples are missing.
+  std::optional<PredictedState> predicted(Time time) { return predictor_.at(time); }
+  const StatePredictor& predictor() const { return predictor_; }
 
   /// Sets a callback for each frame of tracks, before the estimator takes it.
   using FrameObserver = std::function<void(const FeatureFrame&)>;
@@ -73,7 +71,7 @@ class VisualInertialSlam {
   std::vector<Camera> cameras_;
   ImageTracker tracker_;
   std::unique_ptr<Estimator> estimator_;
-  std::optional<StatePredictor> predictor_;
+  StatePredictor predictor_;
   FrameObserver on_frame_;
   FrontendReport report_;
   ArrivalOrder order_;
