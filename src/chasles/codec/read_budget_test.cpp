@@ -106,8 +106,7 @@ TEST(ReadBudget, OfTracksCountsTheObservations) {
 }
 
 TEST(ReadBudget, OfABagCountsTheChunks) {
-  const auto bags =
-      std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/bags/testdata";
+  const auto bags = std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/bags/testdata";
   EXPECT_EQ(scan_bags({bags / "none.bag"}).files.size(), 1u);
   const Variable variable("CHASLES_READ_MEMORY", "5K");
   expect_parts(input_error([&] { scan_bags({bags / "none.bag"}); }),
