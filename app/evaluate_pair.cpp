@@ -1,3 +1,5 @@
+#include "evaluate_pair.hpp"
+
 #include <array>
 #include <string_view>
 
@@ -5,12 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
-#include <chasles/codec/json_text.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/eval/pair_difference.hpp>
 #include <chasles/eval/table.hpp>
 #include <chasles/run_folder/run.hpp>
-
-#include "evaluate_pair.hpp"
 
 namespace chasles::app {
 namespace {
@@ -30,19 +30,17 @@ bool is_overconfident(const PairDifference& d) { return d.factor() > kMostByChan
 
 std::string sentence(const PairDifference& d) {
   if (is_overconfident(d)) {
-    return fmt::format("the sigmas are too small, by a factor of {:.1f} at least", d.factor());
+    return fmt::format("the sigmas are too small, by a factor of about {:.1f} or more", d.factor());
   }
   return "the difference agrees with the covariances; errors that both share are not in it";
 }
 
 nlohmann::ordered_json json_of(const PairDifference& d) {
-  nlohmann::ordered_json json = {{"compared", d.compared},
-                                 {"duration_s", d.duration_s},
-                                 {"difference_m", d.position_rms_m},
-                                 {"difference_deg", d.attitude_rms_deg},
-                                 {"nees_position", d.position.mean},
-                                 {"nees_attitude", d.attitude.mean},
-                                 {"nees_pose", d.pose.mean}};
+  nlohmann::ordered_json json = {
+      {"compared", d.compared},           {"duration_s", d.duration_s},
+      {"difference_m", d.position_rms_m}, {"difference_deg", d.attitude_rms_deg},
+      {"nees_position", d.position.mean}, {"nees_attitude", d.attitude.mean},
+      {"nees_pose", d.pose.mean}};
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
     json[fmt::format("within_3_sigma_{}", kAxes[i])] = d.within_3_sigma.share[i];
   }
@@ -55,8 +53,8 @@ Table nees_table_of(const PairDifference& d) {
   Table table{.header = {"difference", "dof", "mean", "median", "within 95 %"}, .rows = {}};
   for (const auto& [name, s] :
        {std::pair("position", d.position), {"attitude", d.attitude}, {"pose", d.pose}}) {
-    table.rows.push_back({name, std::to_string(s.dof), cell(s.mean, 2), cell(s.median, 2),
-                          cell(100 * s.inside, 1)});
+    table.rows.push_back(
+        {name, std::to_string(s.dof), cell(s.mean, 2), cell(s.median, 2), cell(100 * s.inside, 1)});
   }
   return table;
 }

@@ -42,7 +42,8 @@ TEST(TracksPart, APairOfHalvesIsComparedWithoutATruth) {
   const std::string run = "run rec --quiet --tracks 0.5 ";
   ASSERT_EQ(chasles(folder, run + "-o one").code, 0);
   const Outcome rest = chasles(folder, run + "--tracks-rest --json -o rest");
-  expect_part(figures_of(rest).at("remarks").dump(), "the rest of a random part of the tracks: 0.5");
+  expect_part(figures_of(rest).at("remarks").dump(),
+              "the rest of a random part of the tracks: 0.5");
   const Json pair = figures_of(chasles(folder, "evaluate one rest --pair --json"));
   EXPECT_GT(pair.at("compared").get<int>(), 100);
   EXPECT_GT(pair.at("difference_m").get<double>(), 0);

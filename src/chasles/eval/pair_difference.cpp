@@ -11,6 +11,8 @@
 namespace chasles {
 namespace {
 
+constexpr double kRounding = 1e-9;  // of equal estimates [m, rad]
+
 void check_covariances(const EstimatedPath& path, const char* which) {
   if (path.covariances.size() == path.poses.size()) return;
   throw InputError(fmt::format("the {} estimate: {} covariances for {} poses, expected one a pose",
@@ -57,13 +59,19 @@ PairDifference pair_difference(const EstimatedPath& a, const EstimatedPath& b, b
     attitudes += d.head<3>().squaredNorm();
     positions += d.tail<3>().squaredNorm();
   }
-  if (positions == 0 && attitudes == 0) {
+  const std::size_t n = matched.truth.size();
+  if (rms(positions, n) < kRounding && rms(attitudes, n) < kRounding) {
     throw InputError(
         "the two estimates are equal at all times: expected runs on different tracks (`chasles run "
         "--tracks 0.5`, and the same with --tracks-rest)");
   }
   const Nees nees = nees_of_truths(matched, others, sums, PoseError::kStandard);
-  const std::size_t n = matched.truth.size();
+  if (nees.pose_summary.count == 0) {
+    throw InputError(
+        "the covariances of the two estimates are singular or not finite at all times: expected "
+        "runs "
+        "with covariances");
+  }
   return {.compared = n,
           .duration_s = to_seconds(matched.estimate.back().time - matched.estimate.front().time),
           .position_rms_m = rms(positions, n),

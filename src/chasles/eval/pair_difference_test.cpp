@@ -19,7 +19,8 @@ Matrix6d some_covariance(test::Random& random) {
   return sigma.asDiagonal() * (A * A.transpose() + Matrix6d::Identity()) * sigma.asDiagonal();
 }
 
-// Of a helix, in a world of its own. Standard errors with these covariances, the first pose is exact.
+// Of a helix, in a world of its own. Standard errors with these covariances, the first pose is
+// exact.
 EstimatedPath estimate_of(const SE3& own_T_world, std::size_t n, std::uint64_t seed) {
   test::Random random(seed);
   EstimatedPath path{.poses = test::moved(own_T_world, test::helix(n)), .covariances = {}};
@@ -93,6 +94,10 @@ TEST(PairDifference, RejectsEqualEstimatesAndMissingCovariances) {
   EstimatedPath a = estimate_of({}, 100, 8);
   EXPECT_THROW(pair_difference(a, a, false), InputError);
   const EstimatedPath b = estimate_of({}, 100, 9);
+  EstimatedPath certain = a, sure = b;
+  for (Matrix6d& P : certain.covariances) P.setZero();
+  for (Matrix6d& P : sure.covariances) P.setZero();
+  EXPECT_THROW(pair_difference(certain, sure, false), InputError);
   a.covariances.pop_back();
   EXPECT_THROW(pair_difference(a, b, false), InputError);
   EXPECT_THROW(pair_difference(b, a, false), InputError);
