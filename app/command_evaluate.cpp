@@ -19,6 +19,7 @@
 #include <chasles/session/truth_preparation.hpp>
 
 #include "declare_truth.hpp"
+#include "evaluate_pair.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
@@ -29,7 +30,7 @@ namespace {
 struct EvaluateOptions {
   std::filesystem::path estimate, truth;
   TruthOptions truth_options;
-  bool json = false, markdown = false;
+  bool json = false, markdown = false, pair = false;
   std::vector<Threshold> thresholds = truth_thresholds();
 };
 
@@ -156,6 +157,11 @@ std::string markdown(const Evaluation& evaluation) {
 }
 
 int run(const EvaluateOptions& o) {
+  if (o.pair) {
+    const Form form = o.json ? Form::kJson : o.markdown ? Form::kMarkdown : Form::kText;
+    app::print("{}", evaluated_pair(o.estimate, o.truth, form));
+    return static_cast<int>(ExitCode::kOk);
+  }
   check_order(o);
   std::vector<std::string> remarks;
   EvaluatedEstimate estimate = read_estimate(o.estimate, remarks);
@@ -199,6 +205,10 @@ Action declare_evaluate(CLI::App& parser) {
       ->type_name("");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
+  parser.add_flag("--pair", o->pair,
+                  "ESTIMATE and TRUTH are two run folders of one recording with other tracks "
+                  "(run --tracks 0.5, and with --tracks-rest): whether their covariances explain "
+                  "how they differ. Needs no truth");
   declare_truth(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);
   return [o] { return run(*o); };

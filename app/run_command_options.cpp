@@ -72,6 +72,11 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
                                         "Seed of that random part (default: 1)")
       ->type_name("N")
       ->group("Input");
+  parser
+      .add_flag("--tracks-rest", o.input.tracks.rest,
+                "Use the tracks that --tracks leaves out, for `chasles evaluate --pair`")
+      ->needs("--tracks")
+      ->group("Input");
 }
 
 void declare_method(CLI::App& parser, RunCommandOptions& o) {

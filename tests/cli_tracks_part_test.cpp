@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "cli_test.hpp"
@@ -32,6 +34,29 @@ TEST(TracksPart, IsWhatARunSeesAndSays) {
     expect_error(chasles(folder, "run rec --tracks 0.5 --tracks-seed=" + wrong), 1,
                  "--tracks-seed: found " + wrong + ", expected a whole number from 0 on");
   }
+}
+
+TEST(TracksPart, APairOfHalvesIsComparedWithoutATruth) {
+  const Scratch folder;
+  simulate(folder);
+  const std::string run = "run rec --quiet --tracks 0.5 ";
+  ASSERT_EQ(chasles(folder, run + "-o one").code, 0);
+  const Outcome rest = chasles(folder, run + "--tracks-rest --json -o rest");
+  expect_part(figures_of(rest).at("remarks").dump(),
+              "the rest of a random part of the tracks: 0.5");
+  const Json pair = figures_of(chasles(folder, "evaluate one rest --pair --json"));
+  EXPECT_GT(pair.at("compared").get<int>(), 100);
+  EXPECT_GT(pair.at("difference_m").get<double>(), 0);
+  EXPECT_NEAR(pair.at("factor").get<double>(), std::sqrt(pair.at("nees_pose").get<double>() / 6),
+              1e-9);
+  EXPECT_FALSE(pair.at("overconfident").get<bool>()) << pair.dump();
+  const Outcome text = chasles(folder, "evaluate one rest --pair");
+  expect_part(text.out, "they differ by");
+  expect_part(text.out, "the difference agrees with the covariances");
+  expect_part(chasles(folder, "evaluate one rest --pair --markdown").out, "| difference |");
+  expect_error(chasles(folder, "evaluate one one --pair"), 2, "equal at all times");
+  expect_error(chasles(folder, "evaluate one --pair"), 1, "expected two run folders");
+  expect_error(chasles(folder, "run rec --tracks-rest"), 1, "--tracks");
 }
 
 // The tracks of the front end are thinned after it.

@@ -5,7 +5,7 @@ namespace chasles {
 
 bool TracksPart::uses(LandmarkId track) const {
   const auto number = static_cast<std::uint64_t>(track);
-  return !part || Random{.seed = seed}.uniform(Stream::kTrackKept, number) < *part;
+  return !part || (Random{.seed = seed}.uniform(Stream::kTrackKept, number) < *part) != rest;
 }
 
 void TracksPart::thin(FeatureFrame& frame) const {

@@ -51,5 +51,15 @@ TEST(TracksPart, OfOneSeedIsIndependentOfThatOfAnother) {
   EXPECT_NEAR(static_cast<double>(both.size()), kTracks / 4.0, 3 * std::sqrt(kTracks * 3 / 16.0));
 }
 
+TEST(TracksPart, ItsRestHasTheOtherTracks) {
+  const std::vector<LandmarkId> one = used({.part = 0.3, .seed = 4}),
+                                rest = used({.part = 0.3, .seed = 4, .rest = true});
+  std::vector<LandmarkId> both, all;
+  std::ranges::set_intersection(one, rest, std::back_inserter(both));
+  std::ranges::set_union(one, rest, std::back_inserter(all));
+  EXPECT_TRUE(both.empty());
+  EXPECT_EQ(all.size(), kTracks);
+}
+
 }  // namespace
 }  // namespace chasles

@@ -93,8 +93,9 @@ void choose_cameras(Recording& r, const std::string& choice) {
 void choose_tracks(Recording& r, const TracksPart& tracks) {
   if (!tracks.part) return;
   for (FeatureFrame& frame : r.frames) tracks.thin(frame);
-  r.remarks.push_back(fmt::format("the run uses a random part of the tracks: {:g} of all, seed {}",
-                                  *tracks.part, tracks.seed));
+  r.remarks.push_back(
+      fmt::format("the run uses {}a random part of the tracks: {:g} of all, seed {}",
+                  tracks.rest ? "the rest of " : "", *tracks.part, tracks.seed));
 }
 
 bool common_time(const Trajectory& a, const Trajectory& b) {
