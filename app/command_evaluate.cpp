@@ -1,5 +1,7 @@
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -205,12 +207,17 @@ Action declare_evaluate(CLI::App& parser) {
       ->type_name("");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
-  parser.add_flag("--pair", o->pair,
-                  "ESTIMATE and TRUTH are two run folders of one recording with other tracks "
-                  "(run --tracks 0.5, and with --tracks-rest): whether their covariances explain "
-                  "how they differ. Needs no truth");
+  const std::size_t of_both = parser.get_options().size();
   declare_truth(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);
+  std::vector<CLI::Option*> of_a_truth = parser.get_options();
+  of_a_truth.erase(of_a_truth.begin(), of_a_truth.begin() + static_cast<std::ptrdiff_t>(of_both));
+  CLI::Option* pair = parser.add_flag(
+      "--pair", o->pair,
+      "ESTIMATE and TRUTH are two run folders of one recording with other tracks "
+      "(run --tracks 0.5, and with --tracks-rest): whether their covariances explain "
+      "how they differ. Needs no truth");
+  for (CLI::Option* option : of_a_truth) pair->excludes(option);
   return [o] { return run(*o); };
 }
 

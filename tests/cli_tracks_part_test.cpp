@@ -56,6 +56,9 @@ TEST(TracksPart, APairOfHalvesIsComparedWithoutATruth) {
   expect_part(chasles(folder, "evaluate one rest --pair --markdown").out, "| difference |");
   expect_error(chasles(folder, "evaluate one one --pair"), 2, "equal at all times");
   expect_error(chasles(folder, "evaluate one --pair"), 1, "expected two run folders");
+  for (const std::string of_a_truth : {"--ate-below 1", "--truth-scale 2", "--pairing nearest"}) {
+    expect_error(chasles(folder, "evaluate one rest --pair " + of_a_truth), 1, "--pair");
+  }
   expect_error(chasles(folder, "run rec --tracks-rest"), 1, "--tracks");
 }
 
