@@ -1,12 +1,15 @@
 #include "evaluate_pair.hpp"
 
 #include <array>
+#include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/time.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/eval/pair_difference.hpp>
 #include <chasles/eval/table.hpp>
@@ -15,6 +18,7 @@
 namespace chasles::app {
 namespace {
 
+constexpr double kImplausible = 20;  // factor of runs of one recording
 constexpr std::array<std::string_view, 6> kAxes{"rx", "ry", "rz", "x", "y", "z"};
 
 EstimatedPath path_of(const Run& run) {
@@ -24,6 +28,37 @@ EstimatedPath path_of(const Run& run) {
     path.covariances.push_back(s.pose_covariance);
   }
   return path;
+}
+
+void check_one_of_pair(const std::filesystem::path& folder, const nlohmann::ordered_json& summary) {
+  const std::string mode = summary.value("mode", "slam");
+  if (mode == "slam") return;
+  throw UsageError(fmt::format("--pair: {}: found a run with mode {}, expected slam, from tracks",
+                               folder.string(), mode));
+}
+
+bool have_no_track_in_common(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b) {
+  const auto of_a = a.find("tracks"), of_b = b.find("tracks");
+  return of_a != a.end() && of_b != b.end() &&
+         of_a->value("part", 0.0) == of_b->value("part", 0.0) &&
+         of_a->value("seed", 0) == of_b->value("seed", 0) &&
+         of_a->value("rest", false) != of_b->value("rest", false);
+}
+
+// What makes the comparison say less than it seems to.
+void warn_of_conditions(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b,
+                        const Run& first, const Run& second) {
+  if (!have_no_track_in_common(a, b)) {
+    spdlog::warn(
+        "the runs may share tracks, and a shared error is not in the difference: expected "
+        "`--tracks "
+        "PART`, and the same with --tracks-rest");
+  }
+  const double apart = to_seconds(second.states.front().time - first.states.front().time);
+  if (std::abs(apart) > 1) {
+    spdlog::warn("the runs start {:.1f} s apart: the error of the first common pose is left out",
+                 std::abs(apart));
+  }
 }
 
 bool is_overconfident(const PairDifference& d) { return d.factor() > kMostByChance; }
@@ -40,7 +75,7 @@ nlohmann::ordered_json json_of(const PairDifference& d) {
       {"compared", d.compared},           {"duration_s", d.duration_s},
       {"difference_m", d.position_rms_m}, {"difference_deg", d.attitude_rms_deg},
       {"nees_position", d.position.mean}, {"nees_attitude", d.attitude.mean},
-      {"nees_pose", d.pose.mean}};
+      {"nees_pose", d.pose.mean},         {"nees_count", d.pose.count}};
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
     json[fmt::format("within_3_sigma_{}", kAxes[i])] = d.within_3_sigma.share[i];
   }
@@ -59,6 +94,17 @@ Table nees_table_of(const PairDifference& d) {
   return table;
 }
 
+// An error of the association names the second run as the truth.
+PairDifference difference_of(const std::filesystem::path& first,
+                             const std::filesystem::path& second, const Run& a, const Run& b) {
+  try {
+    return pair_difference(path_of(a), path_of(b), is_level(a));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("--pair: {}, with {} in the place of a truth: {}", first.string(),
+                                 second.string(), error.what()));
+  }
+}
+
 }  // namespace
 
 std::string evaluated_pair(const std::filesystem::path& first, const std::filesystem::path& second,
@@ -72,7 +118,21 @@ std::string evaluated_pair(const std::filesystem::path& first, const std::filesy
                                  (is_level(a) ? first : second).string(),
                                  (is_level(a) ? second : first).string()));
   }
-  const PairDifference d = pair_difference(path_of(a), path_of(b), is_level(a));
+  const auto summary_a = read_summary(first), summary_b = read_summary(second);
+  check_one_of_pair(first, summary_a);
+  check_one_of_pair(second, summary_b);
+  if (a.name != b.name) {
+    throw UsageError(
+        fmt::format("--pair: found runs of {} and of {}, expected one recording", a.name, b.name));
+  }
+  if (!a.states.empty() && !b.states.empty()) warn_of_conditions(summary_a, summary_b, a, b);
+  const PairDifference d = difference_of(first, second, a, b);
+  if (d.factor() > kImplausible) {
+    spdlog::warn(
+        "the runs differ by {:.0f} times their sigmas: are both of one recording, played in one "
+        "direction?",
+        d.factor());
+  }
   if (form == Form::kJson) return json_text(json_of(d), 2) + "\n";
   const std::string head =
       fmt::format("{} poses over {:.1f} s: they differ by {:.4f} m and {:.3f} deg (rms)",

@@ -46,6 +46,7 @@ TEST(TracksPart, APairOfHalvesIsComparedWithoutATruth) {
               "the rest of a random part of the tracks: 0.5");
   const Json pair = figures_of(chasles(folder, "evaluate one rest --pair --json"));
   EXPECT_GT(pair.at("compared").get<int>(), 100);
+  EXPECT_GT(pair.at("nees_count").get<int>(), pair.at("compared").get<int>() - 3);
   EXPECT_GT(pair.at("difference_m").get<double>(), 0);
   EXPECT_NEAR(pair.at("factor").get<double>(), std::sqrt(pair.at("nees_pose").get<double>() / 6),
               1e-9);
@@ -56,6 +57,12 @@ TEST(TracksPart, APairOfHalvesIsComparedWithoutATruth) {
   expect_part(chasles(folder, "evaluate one rest --pair --markdown").out, "| difference |");
   expect_error(chasles(folder, "evaluate one one --pair"), 2, "equal at all times");
   expect_error(chasles(folder, "evaluate one --pair"), 1, "expected two run folders");
+  EXPECT_EQ(chasles(folder, "evaluate one rest --pair").err, "");
+  ASSERT_EQ(chasles(folder, run + "--tracks-seed 2 -o other").code, 0);
+  expect_part(chasles(folder, "evaluate one other --pair").err, "the runs may share tracks");
+  ASSERT_EQ(chasles(folder, "run rec --quiet --mode localize -o driven").code, 0);
+  expect_error(chasles(folder, "evaluate one driven --pair"), 1,
+               "driven: found a run with mode localize, expected slam");
   for (const std::string of_a_truth : {"--ate-below 1", "--truth-scale 2", "--pairing nearest"}) {
     expect_error(chasles(folder, "evaluate one rest --pair " + of_a_truth), 1, "--pair");
   }

@@ -43,7 +43,7 @@ inline constexpr double kMostByChance = 1.5;
 /// share, and P_a + P_b is an upper bound of the difference's covariance.
 ///
 /// Throws InputError as associate(), for covariances whose number is not that of the poses or that
-/// are all singular, and for estimates that are equal.
+/// are mostly singular, and for estimates that are equal.
 PairDifference pair_difference(const EstimatedPath& a, const EstimatedPath& b, bool level);
 
 }  // namespace chasles

@@ -116,6 +116,9 @@ CompletedRun PreparedRun::run(RunObserver& viewer) {
     run.summary["truth_findings"] = truth_findings_json(run.result.truth_findings);
   }
   if (run.result.report.interrupted) run.summary["interrupted"] = true;
+  if (const TracksPart& tracks = options_.input.tracks; tracks.part) {
+    run.summary["tracks"] = {{"part", *tracks.part}, {"seed", tracks.seed}, {"rest", tracks.rest}};
+  }
   run.estimator = std::move(prepared_.estimator);
   run.map = std::move(prepared_.map);
   return run;
