@@ -169,8 +169,8 @@ def comparison(results: Json) -> str:
 
 
 NOTES = """ATE is by `chasles evaluate`, aligned by position and yaw; CPU times are without image decoding, at
-Chasles {timed}; Basalt's of another hour. A NEES of 6 is consistent. The peers are {versions}, with online calibration off and
-the IMU noise that each ships; ORB-SLAM3 has its path after the run.
+Chasles {timed}; Basalt's of another hour. A NEES of 6 is consistent. The peers are {versions}, with
+online calibration off and the IMU noise that each ships; ORB-SLAM3 has its path after the run.
 [studies/peers.md](studies/peers.md) has the conditions, and what "late" and "in part" mean."""
 
 
