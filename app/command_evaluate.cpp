@@ -12,10 +12,12 @@
 #include <chasles/codec/utf8.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/eval/truth_errors_table.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/run_folder/growing_run.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/session/run_figures.hpp>
+#include <chasles/session/truth_errors_json.hpp>
 #include <chasles/session/truth_mending.hpp>
 #include <chasles/session/truth_options.hpp>
 #include <chasles/session/truth_preparation.hpp>
@@ -148,14 +150,52 @@ void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& p
                matched.truth.size());
 }
 
-std::string markdown(const Evaluation& evaluation) {
+std::vector<Table> tables_of(const Evaluation& evaluation,
+                             const std::optional<TruthErrors>& truth_errors) {
+  std::vector<Table> tables = {absolute_table(evaluation), distance_table(evaluation),
+                               time_table(evaluation), nees_table(evaluation),
+                               within_3_sigma_table(evaluation)};
+  if (truth_errors) {
+    tables.push_back(truth_errors_table(*truth_errors));
+    tables.push_back(without_truth_errors_table(evaluation, *truth_errors));
+  }
+  return tables;
+}
+
+std::string markdown(const Evaluation& evaluation, const std::optional<TruthErrors>& truth_errors) {
   std::string text;
-  for (const Table& table :
-       {absolute_table(evaluation), distance_table(evaluation), time_table(evaluation),
-        nees_table(evaluation), within_3_sigma_table(evaluation)}) {
+  for (const Table& table : tables_of(evaluation, truth_errors)) {
     if (!table.rows.empty()) text += (text.empty() ? "" : "\n") + to_markdown(table);
   }
   return text;
+}
+
+std::string plain_text(const Evaluation& evaluation,
+                       const std::optional<TruthErrors>& truth_errors) {
+  if (!truth_errors) return to_text(evaluation);
+  return fmt::format("{}\n{}\n{}", to_text(evaluation), to_text(truth_errors_table(*truth_errors)),
+                     to_text(without_truth_errors_table(evaluation, *truth_errors)));
+}
+
+// With --truth-errors auto.
+std::optional<TruthErrors> truth_errors_of(const EvaluateOptions& o,
+                                           const EvaluatedEstimate& estimate,
+                                           const EvaluationOptions& options) {
+  if (!are_errors_auto(o.truth_options)) return std::nullopt;
+  if (estimate.covariances.empty()) {
+    throw UsageError(fmt::format(
+        "--truth-errors auto: {} is a trajectory without covariances, expected a run folder",
+        o.estimate.string()));
+  }
+  if (!estimate.attitudes) {
+    throw UsageError(
+        "--truth-errors auto: the truth has positions alone, expected poses with attitudes");
+  }
+  return estimate_truth_errors(estimate.trajectory, estimate.truth, estimate.covariances,
+                               {.pairing = options.pairing,
+                                .pose_error = options.pose_error,
+                                .level = options.level,
+                                .priors = {}});
 }
 
 int run(const EvaluateOptions& o) {
@@ -177,14 +217,16 @@ int run(const EvaluateOptions& o) {
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
   warn_of_misreading(estimate, options.pairing);
+  const auto truth_errors = truth_errors_of(o, estimate, options);
   nlohmann::ordered_json json = figures_json(evaluation);
   if (estimate.coverage) json["coverage"] = *estimate.coverage;
   if (estimate.truth_tilt_deg) json["truth_tilt_deg"] = *estimate.truth_tilt_deg;
   if (!estimate.attitudes) json["truth_attitudes"] = false;
   if (!estimate.findings.empty()) json["truth_findings"] = truth_findings_json(estimate.findings);
+  if (truth_errors) json["truth_errors"] = truth_errors_json(*truth_errors);
   app::print("{}", o.json       ? json_text(json, 2) + "\n"
-                   : o.markdown ? markdown(evaluation)
-                                : to_text(evaluation));
+                   : o.markdown ? markdown(evaluation, truth_errors)
+                                : plain_text(evaluation, truth_errors));
   const std::vector<std::string> sentences = missed(o.thresholds, json);
   for (const std::string& sentence : sentences) spdlog::error("missed: {}", sentence);
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
@@ -209,6 +251,7 @@ Action declare_evaluate(CLI::App& parser) {
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
   const std::size_t of_both = parser.get_options().size();
   declare_truth(parser, o->truth_options, "Options");
+  declare_truth_errors(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);
   std::vector<CLI::Option*> of_a_truth = parser.get_options();
   of_a_truth.erase(of_a_truth.begin(), of_a_truth.begin() + static_cast<std::ptrdiff_t>(of_both));

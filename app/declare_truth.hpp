@@ -14,4 +14,7 @@ namespace chasles::app {
 /// --truth-scale and --truth-inverse; `options` must outlive the parser.
 void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& group);
 
+/// Adds --truth-errors.
+void declare_truth_errors(CLI::App& parser, TruthOptions& options, const std::string& group);
+
 }  // namespace chasles::app

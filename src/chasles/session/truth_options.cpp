@@ -13,6 +13,13 @@ namespace chasles {
 
 bool is_offset_auto(const TruthOptions& options) { return options.time_offset == "auto"; }
 
+bool are_errors_auto(const TruthOptions& options) {
+  if (options.errors == "auto") return true;
+  if (options.errors.empty() || options.errors == "none") return false;
+  throw UsageError(
+      fmt::format("--truth-errors: found '{}', expected auto or none", options.errors));
+}
+
 double stated_offset(const TruthOptions& options) {
   const std::string& text = options.time_offset;
   if (text.empty() || text == "auto") return 0;

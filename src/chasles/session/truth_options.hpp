@@ -18,6 +18,7 @@ struct TruthOptions {
   std::string frame;              ///< whose poses the truth has: "imu", "cam0", …, or a file
   std::optional<double> scale;    ///< metres in the truth's unit
   bool inverse = false;           ///< its poses are imu_T_world
+  std::string errors;             ///< constants to estimate and marginalise: "none", "auto"
 };
 
 /// The pairing with the given options replaced. Throws UsageError for an unknown name.
@@ -34,6 +35,10 @@ bool is_offset_auto(const TruthOptions& options);
 
 /// The stated offset [s]; 0 with `auto` or without the option. Throws UsageError for another text.
 double stated_offset(const TruthOptions& options);
+
+/// Whether the constant errors of the truth are to be estimated (--truth-errors auto). Throws
+/// UsageError for another text than auto or none.
+bool are_errors_auto(const TruthOptions& options);
 
 /// Throws UsageError if --truth-level is not `auto`, for an estimate without a vertical.
 void check_level_is_auto(const TruthOptions& options);
