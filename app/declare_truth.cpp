@@ -50,10 +50,11 @@ void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& g
 
 void declare_truth_errors(CLI::App& parser, TruthOptions& options, const std::string& group) {
   parser
-      .add_option("--truth-errors", options.errors,
-                  "auto: estimate constant errors of the truth (time of its positions, rotations of "
-                  "body and world) with their sigmas, and give the figures without them, too; none "
-                  "(default)")
+      .add_option(
+          "--truth-errors", options.errors,
+          "auto: estimate constant errors of the truth (time of its positions, rotations of "
+          "body and world) with their sigmas, and give the figures without them, too; none "
+          "(default)")
       ->type_name("auto|none")
       ->group(group);
 }

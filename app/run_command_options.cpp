@@ -44,6 +44,7 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
       "True trajectory: TUM, a bag with its poses (FILE or FILE:TOPIC), or a recording that has it "
       "(default: the recording's own)");
   declare_truth(parser, o.input.truth_options, "Input");
+  declare_truth_errors(parser, o.input.truth_options, "Input");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
   parser
       .add_option("--cameras", o.input.cameras,

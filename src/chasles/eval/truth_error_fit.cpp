@@ -24,7 +24,7 @@ struct WhiteRows {
 };
 
 struct MarkovRows {
-  std::vector<double> times;                    // [s]
+  std::vector<double> times;                      // [s]
   std::vector<Eigen::Matrix<double, 6, 8>> rows;  // [jacobian, residual] divided by the sigmas
 };
 
@@ -37,7 +37,8 @@ MarkovRows divided_by_sigmas(const TruthErrorModel& model, std::span<const Matri
     const Eigen::LLT<Matrix6d> llt(with_jitter(covariances[i]));
     Eigen::Matrix<double, 6, 8> row;
     row << jacobians[i], errors[i] - jacobians[i] * constants;
-    result.times.push_back(to_seconds(model.matched.estimate[i].time - model.matched.estimate[0].time));
+    result.times.push_back(
+        to_seconds(model.matched.estimate[i].time - model.matched.estimate[0].time));
     result.rows.push_back(llt.matrixL().solve(row));
   }
   return result;
@@ -143,8 +144,7 @@ Matrix6d with_jitter(const Matrix6d& P) {
   return sum;
 }
 
-TruthErrorFit fit_truth_errors(const TruthErrorModel& model,
-                               std::span<const Matrix6d> covariances,
+TruthErrorFit fit_truth_errors(const TruthErrorModel& model, std::span<const Matrix6d> covariances,
                                const TruthErrorPriors& priors) {
   Vector7d information = Vector7d::Constant(1 / (priors.rotation * priors.rotation));
   information[0] = 1 / (priors.time * priors.time);

@@ -10,7 +10,9 @@ constexpr double kTimeStep = 0.005, kAngleStep = 1e-3;  // of central difference
 
 // The position at a time that may be a little beyond the truth's end.
 Eigen::Vector3d position_at(const TruthErrorModel& model, const StampedPose& row, double shift) {
-  const auto position = [&](double by) { return pose_at(model.truth, row.time + from_seconds(by), model.gap); };
+  const auto position = [&](double by) {
+    return pose_at(model.truth, row.time + from_seconds(by), model.gap);
+  };
   if (shift == 0) return row.pose.p;
   // Between stamps of another pairing the row itself is not interpolated.
   const auto here = position(0), there = position(shift);
@@ -37,9 +39,8 @@ Trajectory TruthErrorModel::corrected(const Vector7d& constants) const {
 }
 
 SE3 TruthErrorModel::first_alignment(const Trajectory& corrected) const {
-  const MatchedTrajectories first{.estimate = {matched.estimate.front()},
-                                  .truth = {corrected.front()},
-                                  .estimate_index = {0}};
+  const MatchedTrajectories first{
+      .estimate = {matched.estimate.front()}, .truth = {corrected.front()}, .estimate_index = {0}};
   return align(first, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
       .truth_T_estimate.inverse();
 }

@@ -46,8 +46,7 @@ struct TruthErrorFit {
 
 /// Fits the constants to the rows of the model, of which the first is the one that is aligned and
 /// counts no further. `covariances`: one for each row.
-TruthErrorFit fit_truth_errors(const TruthErrorModel& model,
-                               std::span<const Matrix6d> covariances,
+TruthErrorFit fit_truth_errors(const TruthErrorModel& model, std::span<const Matrix6d> covariances,
                                const TruthErrorPriors& priors);
 
 /// The NEES of the model's rows with the constants removed: the errors have the covariance

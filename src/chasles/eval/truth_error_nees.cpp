@@ -20,8 +20,7 @@ struct Squares {
   // covariance of the error after the fit.
   void add(double before, const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance,
            const Eigen::MatrixXd& rest) {
-    const double square =
-        std::isnan(before) ? kNaN : normalised_square(error, covariance);
+    const double square = std::isnan(before) ? kNaN : normalised_square(error, covariance);
     values->push_back(square);
     if (std::isnan(square)) return;
     expected += Eigen::LLT<Eigen::MatrixXd>(covariance).solve(rest).trace();

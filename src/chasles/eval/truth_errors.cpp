@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSpacing = 0.25;  // of the poses that are compared [s]
 constexpr std::size_t kFewestRows = 20, kMostRows = 3000;
-constexpr double kSignificant = 3;                 // sigmas
+constexpr double kSignificant = 3;                  // sigmas
 constexpr double kSignificantProbability = 0.9973;  // of as many in one dimension
 
 bool is_regular(const Matrix6d& P) {
@@ -42,7 +42,8 @@ std::vector<std::size_t> compared_rows(const MatchedTrajectories& matched,
 }
 
 TruthErrorModel thinned(const TruthErrorModel& model, const std::vector<std::size_t>& rows) {
-  TruthErrorModel result{.matched = {}, .truth = model.truth, .gap = model.gap, .level = model.level};
+  TruthErrorModel result{
+      .matched = {}, .truth = model.truth, .gap = model.gap, .level = model.level};
   for (const std::size_t row : rows) {
     result.matched.estimate.push_back(model.matched.estimate[row]);
     result.matched.truth.push_back(model.matched.truth[row]);
@@ -80,9 +81,9 @@ TruthErrors estimate_truth_errors(const Trajectory& estimate, const Trajectory& 
                                   std::span<const Matrix6d> covariances,
                                   const TruthErrorOptions& options) {
   if (covariances.size() != estimate.size()) {
-    throw InputError(
-        fmt::format("truth errors: {} covariances for {} poses of the estimate, expected one a pose",
-                    covariances.size(), estimate.size()));
+    throw InputError(fmt::format(
+        "truth errors: {} covariances for {} poses of the estimate, expected one a pose",
+        covariances.size(), estimate.size()));
   }
   const TruthErrorModel model{.matched = associate(estimate, truth, options.pairing),
                               .truth = truth,
@@ -90,7 +91,8 @@ TruthErrors estimate_truth_errors(const Trajectory& estimate, const Trajectory& 
                               .level = options.level};
   const std::vector<std::size_t> rows = compared_rows(model.matched, covariances);
   std::vector<Matrix6d> of_rows;
-  for (const std::size_t row : rows) of_rows.push_back(covariances[model.matched.estimate_index[row]]);
+  for (const std::size_t row : rows)
+    of_rows.push_back(covariances[model.matched.estimate_index[row]]);
   const TruthErrorFit fit = fit_truth_errors(thinned(model, rows), of_rows, options.priors);
   TruthErrors result{.value = fit.value,
                      .covariance = fit.robust_covariance,

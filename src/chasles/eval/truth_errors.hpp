@@ -32,7 +32,7 @@ struct TruthConstants {
 /// Standard deviations of the constants before the comparison. They are the sizes that the truth of
 /// EuRoC's Machine Hall has (studies/evaluation.md).
 struct TruthErrorPriors {
-  double time = 0.010;              ///< [s]
+  double time = 0.010;               ///< [s]
   double rotation = 1.5 * kRadians;  ///< about each axis, of body and world [rad]
 };
 

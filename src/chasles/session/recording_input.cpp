@@ -209,6 +209,10 @@ Recording read_input(const RecordingInput& input) {
   } else if (!r.truth.empty()) {
     mend_own_truth(r, input.truth_options);
   }
+  if (are_errors_auto(input.truth_options) && r.truth.empty()) {
+    throw UsageError(fmt::format(
+        "--truth-errors auto: {} has no true trajectory; give one with --truth", r.name));
+  }
   return r;
 }
 

@@ -115,6 +115,7 @@ CompletedRun PreparedRun::run(RunObserver& viewer) {
   if (!run.result.truth_findings.empty()) {
     run.summary["truth_findings"] = truth_findings_json(run.result.truth_findings);
   }
+  add_truth_errors(options_.input.truth_options, run.result, run.summary);
   if (run.result.report.interrupted) run.summary["interrupted"] = true;
   if (const TracksPart& tracks = options_.input.tracks; tracks.part) {
     run.summary["tracks"] = {{"part", *tracks.part}, {"seed", tracks.seed}, {"rest", tracks.rest}};

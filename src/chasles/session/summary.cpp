@@ -191,6 +191,21 @@ std::string line(const Json& summary, const char* label, const char* figure, con
   return fmt::format("  {:<26} {:>10.{}f} {}\n", label, value->get<double>(), digits, unit);
 }
 
+// With --truth-errors auto.
+std::string without_truth_errors(const Json& summary) {
+  const auto errors = summary.find("truth_errors");
+  if (errors == summary.end()) return {};
+  const auto nees = [&](const char* figure, const char* dof) {
+    return line(errors->at(figure), "  errors of truth removed", "mean", dof, 2);
+  };
+  const Json& time = errors->at("position_time_s");
+  return nees("nees_pose", "(pose)") + nees("nees_position", "(position)") +
+         nees("nees_attitude", "(attitude)") +
+         fmt::format("  {:<26} {:>10.1f} ms, sigma {:.1f}\n", "  its positions are late",
+                     1e3 * time.at("value").get<double>(), 1e3 * time.at("sigma").get<double>()) +
+         line(errors->at("first_heading_deg"), "  heading of its first pose", "value", "deg", 2);
+}
+
 // The axis with the smallest share stands for the six.
 std::string within_3_sigma(const Json& summary) {
   std::optional<double> least;
@@ -330,6 +345,7 @@ std::string summary_text(const Json& summary) {
   text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);
   text += line(summary, "NEES of the position", "nees_position", "(consistent: 3)", 2);
   text += line(summary, "NEES of the attitude", "nees_attitude", "(consistent: 3)", 2);
+  text += without_truth_errors(summary);
   text += within_3_sigma(summary);
   text += line(summary, "NIS per degree of freedom", "nis_per_dof", "(consistent: 1)", 3);
   text += line(summary, "landmarks", "landmarks_rmse_m", "m rmse", 3);

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/session/truth_errors_json.hpp>
 #include <chasles/session/truth_mending.hpp>
 #include <chasles/session/truth_of_run.hpp>
 #include <chasles/session/truth_preparation.hpp>
@@ -50,6 +52,32 @@ void prepare_truth_of_run(const TruthOptions& options, Recording& recording, Rec
                                   .findings,
                   .tilt = {},
                   .remarks = {}});
+  }
+}
+
+void add_truth_errors(const TruthOptions& options, const RecordedRun& result,
+                      nlohmann::ordered_json& summary) {
+  const Run& run = result.run;
+  if (!are_errors_auto(options) || run.truth.empty() || run.states.empty()) return;
+  if (!result.truth_attitudes) {
+    summary["remarks"].push_back("--truth-errors auto: the truth has positions alone");
+    return;
+  }
+  Trajectory estimate;
+  std::vector<Matrix6d> covariances;
+  for (const RunState& s : run.states) {
+    estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+    covariances.push_back(s.pose_covariance);
+  }
+  try {
+    summary["truth_errors"] = truth_errors_json(
+        estimate_truth_errors(estimate, run.truth, covariances,
+                              {.pairing = run.pairing,
+                               .pose_error = pose_error_of(summary.at("chart").get<std::string>()),
+                               .level = is_level(run),
+                               .priors = {}}));
+  } catch (const InputError& error) {
+    summary["remarks"].push_back(fmt::format("--truth-errors auto: {}", error.what()));
   }
 }
 
