@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +11,7 @@
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/recording/gravity.hpp>
+#include <chasles/session/truth_clocks.hpp>
 #include <chasles/session/truth_mending.hpp>
 #include <chasles/session/truth_preparation.hpp>
 
@@ -140,14 +144,21 @@ TruthReference gyroscope_reference(const Recording& recording) {
 
 void report_truth_examination(const Recording& recording, CheckReport& report) {
   if (recording.truth.empty() || recording.imu.empty()) return;
+  const TruthReference gyroscope = gyroscope_reference(recording);
   TruthExamination examination = examine_truth(
-      gyroscope_reference(recording), recording.truth,
+      gyroscope, recording.truth,
       {.gap = recording.pairing.longest_gap, .positions_only = !recording.truth_attitudes});
   if (examination.clock) {
     report.facts.push_back({"truth", "offset of its clock", 1e3 * examination.clock->offset, "ms"});
   }
   if (examination.attitudes && examination.findings.empty()) {
     if (auto unit = unit_by_accelerometer(recording)) examination.findings.push_back(*unit);
+  }
+  const bool clock_alone = std::ranges::all_of(
+      examination.findings, [](const TruthFinding& f) { return f.fault == TruthFault::kClock; });
+  if (examination.attitudes && clock_alone) {
+    report_truth_clocks(recording, gyroscope,
+                        examination.clock ? examination.clock->offset : 0, report);
   }
   // Gravity leans because of what is found.
   if (!examination.findings.empty()) {

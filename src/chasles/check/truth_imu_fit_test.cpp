@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include <chasles/base/constants.hpp>
+#include <chasles/check/truth_imu_fit.hpp>
+#include <chasles/recording/inertial_testing.hpp>
+
+// A truth in closed form, with errors in closed form, against the samples of an IMU with a bias.
+namespace chasles {
+namespace {
+
+constexpr double kSeconds = 30;
+
+Recording exact() { return test::swung({0, 0, -kStandardGravity}, kSeconds); }
+
+// At 200 Hz: the attitude of the time t - `attitudes`, the position of the time t - `positions`,
+// and millimetres of noise.
+Trajectory late_truth(double attitudes, double positions, double noise = 0) {
+  test::Random random(17);
+  Trajectory truth;
+  for (int k = 20; 0.005 * k < kSeconds - 0.1; ++k) {
+    const double t = 0.005 * k;
+    truth.push_back({.time = from_seconds(t),
+                     .pose = {test::swung_rotation(t - attitudes),
+                              test::swung_pose(t - positions).pose.p +
+                                  noise * random.normal_vector(3)}});
+  }
+  return truth;
+}
+
+TEST(TruthImuFit, OfATruthWithoutErrorsIsZero) {
+  const auto fit = fit_truth_to_imu(late_truth(0, 0), exact().imu);
+  ASSERT_TRUE(fit);
+  EXPECT_GT(fit->windows, 100);
+  EXPECT_NEAR(fit->positions_late, 0, 1e-4);
+  EXPECT_NEAR(fit->heading, 0, 0.05 * kRadians);
+  EXPECT_NEAR(fit->tilt, 0, 0.05 * kRadians);
+}
+
+TEST(TruthImuFit, FindsTheTimesOfPositionsAndAttitudes) {
+  const Recording r = exact();
+  for (const double positions : {0.018, -0.007}) {
+    const auto fit = fit_truth_to_imu(late_truth(0, positions), r.imu);
+    ASSERT_TRUE(fit);
+    EXPECT_NEAR(fit->positions_late, positions, 2e-4);
+    const auto both = fit_truth_to_imu(late_truth(0.010, positions + 0.010), r.imu, 0.010);
+    ASSERT_TRUE(both);
+    EXPECT_NEAR(both->positions_late, positions + 0.010, 2e-4);
+  }
+}
+
+TEST(TruthImuFit, FindsTheHeadingOfTheAttitudesAndTheTilt) {
+  const Recording r = exact();
+  Trajectory truth = late_truth(0, 0);
+  for (StampedPose& row : truth) row.pose.R = so3::exp({0, 0, -0.02}) * row.pose.R;
+  const auto turned = fit_truth_to_imu(truth, r.imu);
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(turned->heading, 0.02, 1e-3);
+  const SE3 world{so3::exp({0.03, -0.04, 0}), Eigen::Vector3d::Zero()};
+  truth = late_truth(0, 0);
+  for (StampedPose& row : truth) row.pose = world * row.pose;
+  const auto tilted = fit_truth_to_imu(truth, r.imu);
+  ASSERT_TRUE(tilted);
+  EXPECT_NEAR(tilted->tilt, 0.05, 1e-3);
+  EXPECT_NEAR(tilted->heading, 0, 1e-3);
+}
+
+// Noise of the positions; their errors against the sigmas over runs of other noise would need
+// hours, so one run has the bound of 4 sigmas, and the sigma its size.
+TEST(TruthImuFit, HasTheSigmaOfTheNoise) {
+  const auto quiet = fit_truth_to_imu(late_truth(0, 0.010, 0.001), exact().imu);
+  const auto loud = fit_truth_to_imu(late_truth(0, 0.010, 0.004), exact().imu);
+  ASSERT_TRUE(quiet && loud);
+  for (const auto& fit : {*quiet, *loud}) {
+    EXPECT_LT(std::abs(fit.positions_late - 0.010), 4 * fit.positions_late_sigma);
+    EXPECT_LT(std::abs(fit.heading), 4 * fit.heading_sigma);
+  }
+  EXPECT_NEAR(loud->positions_late_sigma / quiet->positions_late_sigma, 4, 2);
+}
+
+TEST(TruthImuFit, NeedsMotionAndSamples) {
+  const Recording r = exact();
+  const Trajectory truth = late_truth(0, 0);
+  EXPECT_FALSE(fit_truth_to_imu({truth.begin(), truth.begin() + 400}, r.imu)) << "2 s";
+  EXPECT_FALSE(fit_truth_to_imu({}, r.imu));
+  EXPECT_FALSE(fit_truth_to_imu(truth, {}));
+  Recording still = r;
+  Trajectory rest = truth;
+  for (StampedPose& row : rest) row.pose = {};
+  for (ImuSample& sample : still.imu) {
+    sample.specific_force_imu = {0, 0, kStandardGravity};
+    sample.angular_rate_imu.setZero();
+  }
+  EXPECT_FALSE(fit_truth_to_imu(rest, still.imu)) << "a standstill";
+}
+
+}  // namespace
+}  // namespace chasles
