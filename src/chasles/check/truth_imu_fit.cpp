@@ -22,7 +22,7 @@ constexpr int kHeading = 10, kTime = 11;
 
 constexpr double kReach = 0.5;        // of a window to both sides of its middle [s]
 constexpr double kSampleGap = 0.05;   // [s]
-constexpr double kSlope = 0.01;       // to both sides, for a velocity [s]
+constexpr double kSlope = 0.03;       // to both sides, for a velocity [s]
 constexpr std::size_t kFewestWindows = 20;
 constexpr int kFitSteps = 15;
 constexpr std::size_t kScoreBlocks = 20;

@@ -2,6 +2,7 @@
 
 #include <chasles/base/constants.hpp>
 #include <chasles/check/truth_imu_fit.hpp>
+#include <chasles/eval/chi2.hpp>
 #include <chasles/recording/inertial_testing.hpp>
 
 // A truth in closed form, with errors in closed form, against the samples of an IMU with a bias.
@@ -14,8 +15,9 @@ Recording exact() { return test::swung({0, 0, -kStandardGravity}, kSeconds); }
 
 // At 200 Hz: the attitude of the time t - `attitudes`, the position of the time t - `positions`,
 // and millimetres of noise.
-Trajectory late_truth(double attitudes, double positions, double noise = 0) {
-  test::Random random(17);
+Trajectory late_truth(double attitudes, double positions, double noise = 0,
+                      std::uint64_t seed = 17) {
+  test::Random random(seed);
   Trajectory truth;
   for (int k = 20; 0.005 * k < kSeconds - 0.1; ++k) {
     const double t = 0.005 * k;
@@ -64,17 +66,23 @@ TEST(TruthImuFit, FindsTheHeadingOfTheAttitudesAndTheTilt) {
   EXPECT_NEAR(tilted->heading, 0, 1e-3);
 }
 
-// Noise of the positions; their errors against the sigmas over runs of other noise would need
-// hours, so one run has the bound of 4 sigmas, and the sigma its size.
-TEST(TruthImuFit, HasTheSigmaOfTheNoise) {
-  const auto quiet = fit_truth_to_imu(late_truth(0, 0.010, 0.001), exact().imu);
-  const auto loud = fit_truth_to_imu(late_truth(0, 0.010, 0.004), exact().imu);
-  ASSERT_TRUE(quiet && loud);
-  for (const auto& fit : {*quiet, *loud}) {
-    EXPECT_LT(std::abs(fit.positions_late - 0.010), 4 * fit.positions_late_sigma);
-    EXPECT_LT(std::abs(fit.heading), 4 * fit.heading_sigma);
+// Over 40 draws of the noise, by chi-square.
+TEST(TruthImuFit, ErrsWithinItsSigmas) {
+  const Recording r = exact();
+  constexpr int kDraws = 40;
+  double time = 0, heading = 0;
+  for (std::uint64_t seed = 0; seed < kDraws; ++seed) {
+    const auto fit = fit_truth_to_imu(late_truth(0, 0.010, 0.001, seed), r.imu);
+    ASSERT_TRUE(fit);
+    EXPECT_LT(fit->positions_late_sigma, 0.002);
+    time += std::pow((fit->positions_late - 0.010) / fit->positions_late_sigma, 2) / kDraws;
+    heading += std::pow(fit->heading / fit->heading_sigma, 2) / kDraws;
   }
-  EXPECT_NEAR(loud->positions_late_sigma / quiet->positions_late_sigma, 4, 2);
+  const Band band = chi2_band(1, kDraws, 0.999);
+  EXPECT_LT(time, band.high);
+  EXPECT_GT(time, band.low);
+  EXPECT_LT(heading, band.high);
+  EXPECT_GT(heading, 0.5 * band.low) << "wider by the priors of the nuisance";
 }
 
 TEST(TruthImuFit, NeedsMotionAndSamples) {
