@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -14,15 +15,15 @@
 namespace chasles {
 namespace {
 
-// gravity; bias; axes of the accelerometer; scale; heading; time of the positions
-using Vector12 = Eigen::Matrix<double, 12, 1>;
-using Matrix12 = Eigen::Matrix<double, 12, 12>;
-using Matrix3x12 = Eigen::Matrix<double, 3, 12>;
+// gravity; bias; axes of the accelerometer; scale; heading; time of the positions; their point
+using Vector15 = Eigen::Matrix<double, 15, 1>;
+using Matrix15 = Eigen::Matrix<double, 15, 15>;
+using Matrix3x15 = Eigen::Matrix<double, 3, 15>;
 constexpr int kHeading = 10, kTime = 11;
 
-constexpr double kReach = 0.5;        // of a window to both sides of its middle [s]
-constexpr double kSampleGap = 0.05;   // [s]
-constexpr double kSlope = 0.03;       // to both sides, for a velocity [s]
+constexpr double kReach = 0.5;       // of a window to both sides of its middle [s]
+constexpr double kSampleGap = 0.05;  // [s]
+constexpr double kSlope = 0.03;      // to both sides, for a velocity [s]
 constexpr std::size_t kFewestWindows = 20;
 constexpr int kFitSteps = 15;
 constexpr std::size_t kScoreBlocks = 20;
@@ -30,15 +31,16 @@ constexpr double kMostTimeSigma = 0.02;  // [s]
 
 struct TruthWindow {
   Time middle{};
-  Eigen::Vector3d force;         // integral of h R f
-  Eigen::Matrix3d rotation;      // of h R
-  Eigen::Matrix3d force_cross;   // of h R f^
-  double area = 0;               // of h
+  Eigen::Vector3d force;        // integral of h R f
+  Eigen::Matrix3d rotation;     // of h R
+  Eigen::Matrix3d force_cross;  // of h R f^
+  double area = 0;              // of h
+  Eigen::Matrix3d turn;         // second difference of R
 };
 
 struct WindowEquation {
   Eigen::Vector3d y;
-  Matrix3x12 J;
+  Matrix3x15 J;
 };
 
 // By the trapezoid over the samples. None where samples or attitudes are missing.
@@ -47,7 +49,8 @@ std::optional<TruthWindow> window_around(const Trajectory& truth, const std::vec
   TruthWindow window{.middle = middle,
                      .force = Eigen::Vector3d::Zero(),
                      .rotation = Eigen::Matrix3d::Zero(),
-                     .force_cross = Eigen::Matrix3d::Zero()};
+                     .force_cross = Eigen::Matrix3d::Zero(),
+                     .turn = Eigen::Matrix3d::Zero()};
   const Time begin = middle - from_seconds(kReach), end = middle + from_seconds(kReach);
   auto sample = std::ranges::lower_bound(imu, begin, {}, &ImuSample::time);
   if (sample == imu.begin()) return std::nullopt;
@@ -64,7 +67,13 @@ std::optional<TruthWindow> window_around(const Trajectory& truth, const std::vec
     window.force_cross += h * pose->R * hat(sample->specific_force_imu);
     window.area += h;
   }
-  return sample == imu.end() ? std::nullopt : std::optional(window);
+  if (sample == imu.end()) return std::nullopt;
+  for (const auto& [time, factor] : {std::pair(begin, 1), {middle, -2}, {end, 1}}) {
+    const auto pose = pose_at(truth, time + from_seconds(attitudes_late), gap);
+    if (!pose) return std::nullopt;
+    window.turn += factor * pose->R;
+  }
+  return window;
 }
 
 std::vector<TruthWindow> windows_of(const Trajectory& truth, const std::vector<ImuSample>& imu,
@@ -83,7 +92,8 @@ struct Differences {
   Eigen::Vector3d position, velocity;  // second differences
 };
 
-std::optional<Differences> differences(const Trajectory& truth, Time middle, double late, Time gap) {
+std::optional<Differences> differences(const Trajectory& truth, Time middle, double late,
+                                       Time gap) {
   std::array<Eigen::Vector3d, 3> p, v;
   for (int k = -1; k <= 1; ++k) {
     const auto position = [&](double shift) {
@@ -109,36 +119,37 @@ std::vector<WindowEquation> equations_of(const Trajectory& truth,
     WindowEquation& equation = equations.emplace_back();
     equation.y = difference->position - window.force - late * difference->velocity;
     equation.J << window.area * Eigen::Matrix3d::Identity(), -window.rotation, -window.force_cross,
-        window.force, up.cross(window.force), -difference->velocity;
+        window.force, up.cross(window.force), -difference->velocity, window.turn;
   }
   return equations;
 }
 
-// Sigmas before the comparison: a bias and axes of the usual size, a known gravity.
+// Sigmas before the comparison: a bias and axes of the usual size, a known gravity, any point.
 struct ImuPrior {
-  Vector12 mean = Vector12::Zero();
-  Matrix12 information = Matrix12::Zero();
+  Vector15 mean = Vector15::Zero();
+  Matrix15 information = Matrix15::Zero();
 };
 
 ImuPrior prior_for(const Eigen::Vector3d& down) {
-  constexpr double kGravity = 0.01, kBias = 0.3, kScaleSigma = 0.01, kTimeSigma = 0.1;
+  constexpr double kGravity = 0.01, kBias = 0.3, kScaleSigma = 0.01, kTimeSigma = 0.1,
+                   kPointSigma = 1;
   constexpr double kTurnSigma = 1.5 * kRadians;
   ImuPrior prior;
   prior.mean.head<3>() = kStandardGravity * down;
   prior.information.topLeftCorner<3, 3>() = down * down.transpose() / (kGravity * kGravity);
-  Eigen::Matrix<double, 9, 1> sigma;
-  sigma << Eigen::Vector3d::Constant(kBias), Eigen::Vector3d::Constant(kTurnSigma), kScaleSigma, kTurnSigma,
-      kTimeSigma;
-  prior.information.diagonal().tail<9>() = sigma.array().square().inverse();
+  Eigen::Matrix<double, 12, 1> sigma;
+  sigma << Eigen::Vector3d::Constant(kBias), Eigen::Vector3d::Constant(kTurnSigma), kScaleSigma,
+      kTurnSigma, kTimeSigma, Eigen::Vector3d::Constant(kPointSigma);
+  prior.information.diagonal().tail<12>() = sigma.array().square().inverse();
   return prior;
 }
 
 struct ImuSolution {
-  Vector12 x;
-  Matrix12 covariance = Matrix12::Zero();
+  Vector15 x;
+  Matrix15 covariance = Matrix15::Zero();
 };
 
-Eigen::Vector3d median_sigmas(const std::vector<WindowEquation>& equations, const Vector12& x) {
+Eigen::Vector3d median_sigmas(const std::vector<WindowEquation>& equations, const Vector15& x) {
   constexpr double kOfMedian = 1.4826;  // of the sizes of normal numbers
   Eigen::Vector3d sigmas;
   std::vector<double> sizes(equations.size());
@@ -157,14 +168,14 @@ Eigen::Vector3d median_sigmas(const std::vector<WindowEquation>& equations, cons
 void improve(const std::vector<WindowEquation>& equations, const ImuPrior& prior,
              ImuSolution& solution) {
   const Eigen::Vector3d sigmas = median_sigmas(equations, solution.x);
-  Matrix12 H = prior.information, scores = prior.information;
-  Vector12 g = prior.information * (prior.mean - solution.x), block = Vector12::Zero();
+  Matrix15 H = prior.information, scores = prior.information;
+  Vector15 g = prior.information * (prior.mean - solution.x), block = Vector15::Zero();
   for (std::size_t i = 0; i < equations.size(); ++i) {
     const Eigen::Vector3d left = equations[i].y - equations[i].J * solution.x;
     const Eigen::Vector3d scaled = left.cwiseQuotient(2 * sigmas);
     const Eigen::Vector3d weight =
         (sigmas.array().square() * (1 + scaled.array().square())).inverse();
-    const Vector12 score = equations[i].J.transpose() * weight.asDiagonal() * left;
+    const Vector15 score = equations[i].J.transpose() * weight.asDiagonal() * left;
     H += equations[i].J.transpose() * weight.asDiagonal() * equations[i].J;
     g += score;
     block += score;
@@ -174,7 +185,7 @@ void improve(const std::vector<WindowEquation>& equations, const ImuPrior& prior
     scores += block * block.transpose();
     block.setZero();
   }
-  const Matrix12 inverse = H.inverse();
+  const Matrix15 inverse = H.inverse();
   solution.x += inverse * g;
   solution.covariance = inverse * scores * inverse;
 }
@@ -191,6 +202,8 @@ TruthImuFit fit_of(const ImuSolution& solution, std::size_t windows) {
           .heading_sigma = sigma(kHeading),
           .tilt = std::atan2(down.head<2>().norm(), -down.z()),
           .tilt_sigma = std::sqrt(axes.eigenvalues()[2]) / kStandardGravity,
+          .point = solution.x.tail<3>(),
+          .point_sigma = solution.covariance.diagonal().tail<3>().cwiseSqrt(),
           .windows = static_cast<int>(windows)};
 }
 

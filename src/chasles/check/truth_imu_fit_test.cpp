@@ -21,10 +21,10 @@ Trajectory late_truth(double attitudes, double positions, double noise = 0,
   Trajectory truth;
   for (int k = 20; 0.005 * k < kSeconds - 0.1; ++k) {
     const double t = 0.005 * k;
-    truth.push_back({.time = from_seconds(t),
-                     .pose = {test::swung_rotation(t - attitudes),
-                              test::swung_pose(t - positions).pose.p +
-                                  noise * random.normal_vector(3)}});
+    truth.push_back(
+        {.time = from_seconds(t),
+         .pose = {test::swung_rotation(t - attitudes),
+                  test::swung_pose(t - positions).pose.p + noise * random.normal_vector(3)}});
   }
   return truth;
 }
@@ -64,6 +64,16 @@ TEST(TruthImuFit, FindsTheHeadingOfTheAttitudesAndTheTilt) {
   ASSERT_TRUE(tilted);
   EXPECT_NEAR(tilted->tilt, 0.05, 1e-3);
   EXPECT_NEAR(tilted->heading, 0, 1e-3);
+}
+
+TEST(TruthImuFit, FindsThePointOnTheBody) {
+  const Eigen::Vector3d point(0.08, -0.02, -0.12);
+  Trajectory truth = late_truth(0, 0);
+  for (StampedPose& row : truth) row.pose.p += row.pose.R * point;
+  const auto fit = fit_truth_to_imu(truth, exact().imu);
+  ASSERT_TRUE(fit);
+  EXPECT_TRUE(test::agree(fit->point, point, 2e-3));
+  EXPECT_NEAR(fit->positions_late, 0, 1e-3);
 }
 
 // Over 40 draws of the noise, by chi-square.

@@ -157,8 +157,8 @@ void report_truth_examination(const Recording& recording, CheckReport& report) {
   const bool clock_alone = std::ranges::all_of(
       examination.findings, [](const TruthFinding& f) { return f.fault == TruthFault::kClock; });
   if (examination.attitudes && clock_alone) {
-    report_truth_clocks(recording, gyroscope,
-                        examination.clock ? examination.clock->offset : 0, report);
+    report_truth_clocks(recording, gyroscope, examination.clock ? examination.clock->offset : 0,
+                        report);
   }
   // Gravity leans because of what is found.
   if (!examination.findings.empty()) {
