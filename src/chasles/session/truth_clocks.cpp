@@ -71,7 +71,9 @@ void report_point(const TruthImuFit& fit, CheckReport& report) {
        .value = away,
        .threshold = kLeastPoint,
        .unit = "m",
-       .advice = "--truth-frame FILE moves it to the IMU; FILE has imu_T_truth"});
+       .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, as "
+                             "estimated: 1 0 0 {:.4f}; 0 1 0 {:.4f}; 0 0 1 {:.4f}; 0 0 0 1",
+                             fit.point.x(), fit.point.y(), fit.point.z())});
 }
 
 void report_positions(const TruthImuFit& fit, double attitudes_late, CheckReport& report) {
