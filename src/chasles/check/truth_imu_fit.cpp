@@ -19,7 +19,7 @@ namespace {
 using Vector15 = Eigen::Matrix<double, 15, 1>;
 using Matrix15 = Eigen::Matrix<double, 15, 15>;
 using Matrix3x15 = Eigen::Matrix<double, 3, 15>;
-constexpr int kHeading = 10, kTime = 11;
+constexpr int kAxes = 6, kHeading = 10, kTime = 11;
 
 constexpr double kReach = 0.5;       // of a window to both sides of its middle [s]
 constexpr double kSampleGap = 0.05;  // [s]
@@ -190,16 +190,25 @@ void improve(const std::vector<WindowEquation>& equations, const ImuPrior& prior
   solution.covariance = inverse * scores * inverse;
 }
 
-TruthImuFit fit_of(const ImuSolution& solution, std::size_t windows) {
-  const auto sigma = [&](int i) { return std::sqrt(solution.covariance(i, i)); };
+// A turn of the axes about the vertical is one of the heading: the motion hardly parts the two.
+Vector15 heading_of(const std::vector<TruthWindow>& windows, const Eigen::Vector3d& up) {
+  Vector15 derivative = Vector15::Unit(kHeading);
+  for (const TruthWindow& window : windows) {
+    derivative.segment<3>(kAxes) +=
+        window.rotation.transpose() * up / (window.area * static_cast<double>(windows.size()));
+  }
+  return derivative;
+}
+
+TruthImuFit fit_of(const ImuSolution& solution, const Vector15& heading, std::size_t windows) {
   const Eigen::Vector3d down = solution.x.head<3>().normalized();
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - down * down.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
       Eigen::Matrix3d(across * solution.covariance.topLeftCorner<3, 3>() * across));
   return {.positions_late = solution.x[kTime],
-          .positions_late_sigma = sigma(kTime),
-          .heading = solution.x[kHeading],
-          .heading_sigma = sigma(kHeading),
+          .positions_late_sigma = std::sqrt(solution.covariance(kTime, kTime)),
+          .heading = heading.dot(solution.x),
+          .heading_sigma = std::sqrt(heading.dot(solution.covariance * heading)),
           .tilt = std::atan2(down.head<2>().norm(), -down.z()),
           .tilt_sigma = std::sqrt(axes.eigenvalues()[2]) / kStandardGravity,
           .point = solution.x.tail<3>(),
@@ -229,7 +238,7 @@ std::optional<TruthImuFit> fit_truth_to_imu(const Trajectory& truth,
     improve(equations, prior, solution);
     if (!solution.x.allFinite() || std::abs(solution.x[kTime]) > 1) return std::nullopt;
   }
-  const TruthImuFit fit = fit_of(solution, used);
+  const TruthImuFit fit = fit_of(solution, heading_of(windows, -down), used);
   return fit.positions_late_sigma < kMostTimeSigma ? std::optional(fit) : std::nullopt;
 }
 

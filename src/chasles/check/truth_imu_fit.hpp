@@ -14,7 +14,8 @@ namespace chasles {
 struct TruthImuFit {
   /// The position at the stamp t of the truth is that of the IMU's time t - positions_late [s].
   double positions_late = 0, positions_late_sigma = 0;
-  /// Of the attitudes against the positions about the vertical, to be added to the attitudes [rad].
+  /// Of the attitudes against the positions about the vertical, to be added to the attitudes [rad]:
+  /// that of the world, and that of the body's axes on average.
   double heading = 0, heading_sigma = 0;
   /// Of the vertical in the truth's world against its z axis [rad], and the sigma along the less
   /// certain horizontal axis.

@@ -36,6 +36,31 @@ struct Squares {
   }
 };
 
+// A pose after the fit, in coordinates of the error.
+struct FittedPose {
+  Vector6d error;
+  Matrix6d covariance, rest;  // marginalised; expected of the error
+};
+
+FittedPose fitted_pose(const Matrix6d& P, const Matrix67d& A, const TruthErrorFit& fit,
+                       const Vector6d& error, const Matrix6d& map) {
+  const Matrix6d sum = P + A * fit.robust_covariance * A.transpose();
+  const Matrix6d rest = P - A * fit.covariance * A.transpose() / fit.variance_factor;
+  return {.error = error, .covariance = congruence(map, sum), .rest = congruence(map, rest)};
+}
+
+struct AllSquares {
+  Squares position, attitude, pose;
+
+  void add(const PoseNees& before, const FittedPose& fitted) {
+    const auto& [e, P, rest] = fitted;
+    attitude.add(before.attitude, e.head<3>(), P.topLeftCorner<3, 3>(), rest.topLeftCorner<3, 3>());
+    position.add(before.position, e.tail<3>(), P.bottomRightCorner<3, 3>(),
+                 rest.bottomRightCorner<3, 3>());
+    pose.add(before.pose, e, P, rest);
+  }
+};
+
 }  // namespace
 
 void add_nees(const TruthErrorModel& model, std::span<const Matrix6d> covariances,
@@ -45,29 +70,25 @@ void add_nees(const TruthErrorModel& model, std::span<const Matrix6d> covariance
   const std::vector<Matrix67d> jacobians = model.jacobians(fit.value);
   Nees& nees = result.nees;
   nees.definition = definition;
-  Squares position{&nees.position}, attitude{&nees.attitude}, pose{&nees.pose};
+  AllSquares squares{{&nees.position}, {&nees.attitude}, {&nees.pose}};
   std::vector<Vector6d> errors;
   std::vector<Matrix6d> marginalised;
   for (std::size_t i = 0; i < truths.size(); ++i) {
     const SE3& estimate = model.matched.estimate[i].pose;
     const SE3 truth = estimate_T_truth * truths[i].pose;
     const Matrix6d& P = covariances[model.matched.estimate_index[i]];
-    const PoseNees before = pose_nees(definition, truth, estimate, P);
-    const Vector6d e = pose_error(definition, truth, estimate);
-    const Matrix6d M = pose_error_map(definition, estimate);
-    const Matrix6d sum = P + jacobians[i] * fit.robust_covariance * jacobians[i].transpose();
-    const Matrix6d rest =
-        P - jacobians[i] * fit.covariance * jacobians[i].transpose() / fit.variance_factor;
-    const Matrix6d Q = congruence(M, sum), left = congruence(M, rest);
-    attitude.add(before.attitude, e.head<3>(), Q.topLeftCorner<3, 3>(), left.topLeftCorner<3, 3>());
-    position.add(before.position, e.tail<3>(), Q.bottomRightCorner<3, 3>(),
-                 left.bottomRightCorner<3, 3>());
-    pose.add(before.pose, e, Q, left);
-    errors.push_back(pose_error(PoseError::kStandard, truth, estimate));
-    marginalised.push_back(sum);
+    squares.add(pose_nees(definition, truth, estimate, P),
+                fitted_pose(P, jacobians[i], fit, pose_error(definition, truth, estimate),
+                            pose_error_map(definition, estimate)));
+    const FittedPose standard =
+        fitted_pose(P, jacobians[i], fit, pose_error(PoseError::kStandard, truth, estimate),
+                    Matrix6d::Identity());
+    errors.push_back(standard.error);
+    marginalised.push_back(standard.covariance);
     nees.times.push_back(model.matched.estimate[i].time);
   }
-  result.fitted_share = {position.account(), attitude.account(), pose.account()};
+  result.fitted_share = {squares.position.account(), squares.attitude.account(),
+                         squares.pose.account()};
   nees.position_summary = summarize_nees(nees.position, 3);
   nees.attitude_summary = summarize_nees(nees.attitude, 3);
   nees.pose_summary = summarize_nees(nees.pose, 6);
