@@ -191,6 +191,7 @@ std::optional<TruthErrors> truth_errors_of(const EvaluateOptions& o,
     throw UsageError(
         "--truth-errors auto: the truth has positions alone, expected poses with attitudes");
   }
+  if (!estimate.findings.empty()) spdlog::warn("{}", kMendTruthFirst);
   return estimate_truth_errors(estimate.trajectory, estimate.truth, estimate.covariances,
                                {.pairing = options.pairing,
                                 .pose_error = options.pose_error,

@@ -96,6 +96,16 @@ TEST_F(CliTruthErrors, AreAutoOrNoneAndNeedARunWithATruth) {
   expect_error(chasles(folder, "run rec --truth-errors auto"), 1, "give one with --truth");
 }
 
+TEST_F(CliTruthErrors, AreNoCureOfATruthThatIsAnotherThing) {
+  Trajectory late = read_tum(folder / "rec/truth.tum");
+  for (StampedPose& row : late) row.time += std::chrono::seconds(1);
+  write_tum(late, folder / "late.tum");
+  const std::string mend = "what is named of the truth is none of them; mend it first";
+  expect_part(chasles(folder, "evaluate out late.tum --truth-errors auto").err, mend);
+  expect_part(chasles(folder, "run rec --quiet --truth late.tum --truth-errors auto").out, mend);
+  EXPECT_EQ(chasles(folder, "evaluate out --truth-errors auto").err, "");
+}
+
 TEST_F(CliTruthErrors, CheckMeasuresTimesAndHeadingByTheImuAlone) {
   const Json right = of("check rec").at("facts").at("truth");
   EXPECT_NEAR(right.at("positions late").at("value").get<double>(), 0,

@@ -80,27 +80,28 @@ double log_likelihood(const MarginalSums& sums, const Vector7d& information, dou
   return -0.5 * (sums.rows * std::log(variance) + 2 * sums.log_scale + log_det + squares);
 }
 
-// The sums of scores over blocks in time, in place of the sum of all their squares.
-Matrix7d block_scores(const WhiteRows& white, const TruthErrorFit& fit) {
+// The squares of what leaving out each block in time would change, summed (jackknife): large where
+// few moments decide and contradict each other.
+Matrix7d jackknife(const WhiteRows& white, const Vector7d& information, const TruthErrorFit& fit) {
   const Eigen::VectorXd left = white.residual + white.jacobian * fit.value;
+  const Matrix7d H = fit.covariance.inverse();
   const Eigen::Index rows = left.size() / 6;
   const auto blocks = std::min<Eigen::Index>(kScoreBlocks, rows);
-  Matrix7d sum = Matrix7d::Zero();
+  Matrix7d sum = fit.covariance * information.asDiagonal() * fit.covariance;
   for (Eigen::Index b = 0; b < blocks; ++b) {
     const Eigen::Index begin = 6 * (b * rows / blocks), end = 6 * ((b + 1) * rows / blocks);
-    const Vector7d score = white.jacobian.middleRows(begin, end - begin).transpose() *
-                           left.segment(begin, end - begin) / fit.variance_factor;
-    sum += score * score.transpose();
+    const auto J = white.jacobian.middleRows(begin, end - begin);
+    const Vector7d score = J.transpose() * left.segment(begin, end - begin) / fit.variance_factor;
+    const Matrix7d without = H - J.transpose() * J / fit.variance_factor;
+    const Vector7d change = without.ldlt().solve(score);
+    sum += change * change.transpose();
   }
   return sum;
 }
 
 void widen(const WhiteRows& white, const Vector7d& information, TruthErrorFit& fit) {
-  Matrix7d scores = block_scores(white, fit);
-  scores.diagonal() += information;
-  const Matrix7d sandwich = fit.covariance * scores * fit.covariance;
-  const Vector7d wider =
-      (sandwich.diagonal().array() / fit.covariance.diagonal().array()).max(1).sqrt();
+  const Vector7d variances = jackknife(white, information, fit).diagonal();
+  const Vector7d wider = (variances.array() / fit.covariance.diagonal().array()).max(1).sqrt();
   fit.robust_covariance = wider.asDiagonal() * fit.covariance * wider.asDiagonal();
 }
 

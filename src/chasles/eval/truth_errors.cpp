@@ -14,6 +14,8 @@ constexpr double kSpacing = 0.25;  // of the poses that are compared [s]
 constexpr std::size_t kFewestRows = 20, kMostRows = 3000;
 constexpr double kSignificant = 3;                  // sigmas
 constexpr double kSignificantProbability = 0.9973;  // of as many in one dimension
+// Of the calibration that the estimate relies on [s], [rad].
+constexpr double kCalibrationTime = 0.0005, kCalibrationTurn = 0.15 * kRadians;
 
 bool is_regular(const Matrix6d& P) {
   return P.allFinite() && P.diagonal().maxCoeff() > 0 &&
@@ -66,15 +68,18 @@ Vector7d heading_of_first(const TruthErrorModel& model, const Vector7d& constant
 double TruthErrors::sigma(Eigen::Index i) const { return std::sqrt(covariance(i, i)); }
 
 bool TruthErrors::significant(TruthErrorKind kind) const {
-  if (kind == TruthErrorKind::kPositionTime) return std::abs(value[0]) > kSignificant * sigma(0);
+  if (kind == TruthErrorKind::kPositionTime) {
+    return std::abs(value[0]) > kSignificant * std::hypot(sigma(0), kCalibrationTime);
+  }
   const Eigen::Index first = kind == TruthErrorKind::kBodyRotation ? 1 : 4;
-  const double square =
-      normalised_square(value.segment<3>(first), covariance.block<3, 3>(first, first));
+  Eigen::Matrix3d wider = covariance.block<3, 3>(first, first);
+  wider.diagonal().array() += kCalibrationTurn * kCalibrationTurn;
+  const double square = normalised_square(value.segment<3>(first), wider);
   return square > chi2_quantile(kSignificantProbability, 3);
 }
 
 bool TruthErrors::first_heading_significant() const {
-  return std::abs(first_heading) > kSignificant * first_heading_sigma;
+  return std::abs(first_heading) > kSignificant * std::hypot(first_heading_sigma, kCalibrationTurn);
 }
 
 TruthErrors estimate_truth_errors(const Trajectory& estimate, const Trajectory& truth,

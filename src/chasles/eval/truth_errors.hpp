@@ -60,7 +60,8 @@ struct TruthErrors {
   AbsoluteError rigid;  ///< after SE(3) alignment, with the constants removed
 
   double sigma(Eigen::Index i) const;
-  /// Whether the constant differs from zero by 3 sigmas, or as improbably in three axes.
+  /// Whether the constant differs from zero by 3 sigmas, or as improbably in three axes. The sigmas
+  /// have 0.5 ms and 0.15 deg added, which the calibration of the cameras may be off.
   bool significant(TruthErrorKind kind) const;
   bool first_heading_significant() const;
 };
@@ -68,8 +69,8 @@ struct TruthErrors {
 /// Estimates the constants by least squares with their priors. The errors of the estimate have its
 /// covariances and are correlated in time: divided by their sigmas, with the attitude's part taken
 /// out of the position's, they are a first-order Markov process. Its correlation time, and a factor
-/// of at least 1 on the covariances, have the largest marginal likelihood. Block sums of the scores
-/// widen a sigma where this process does not explain the residuals (sandwich estimator).
+/// of at least 1 on the covariances, have the largest marginal likelihood. A jackknife over 20
+/// blocks in time widens a sigma where this process does not explain the residuals.
 ///
 /// `covariances`: as nees() takes them. Throws InputError as associate(), for covariances whose
 /// number is not that of the poses, and where fewer than 5 s of poses have a covariance that is not

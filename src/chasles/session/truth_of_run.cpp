@@ -63,6 +63,7 @@ void add_truth_errors(const TruthOptions& options, const RecordedRun& result,
     summary["remarks"].push_back("--truth-errors auto: the truth has positions alone");
     return;
   }
+  if (!result.truth_findings.empty()) summary["remarks"].push_back(std::string(kMendTruthFirst));
   Trajectory estimate;
   std::vector<Matrix6d> covariances;
   for (const RunState& s : run.states) {
