@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""python3 -m studies.truth_errors [RUNS]: what `--truth-errors auto` finds of a truth, and what it leaves of NEES. Simulated runs
-(RUNS noise realisations, 30) with their exact truth and with one that has known errors, runs of EuRoC, and what
-`chasles check` measures by the IMU alone. It fills studies/evaluation.md between its markers. Ten minutes."""
+"""python3 -m studies.truth_errors [RUNS]: what `--truth-errors auto` finds of a truth, and what it leaves of NEES.
+Simulated runs (RUNS noise realisations, 20) with their exact truth and with one that has known errors, runs of EuRoC,
+and what `chasles check` measures by the IMU alone. It fills studies/evaluation.md between its markers. Ten minutes of
+one core."""
 
 import json
 import math
@@ -137,7 +138,7 @@ def by_imu(name: str, recording: pathlib.Path) -> list[str]:
 
 def main() -> None:
     arguments = parser(__doc__)
-    arguments.add_argument("runs", nargs="?", type=count, default=30, metavar="RUNS")
+    arguments.add_argument("runs", nargs="?", type=count, default=20, metavar="RUNS")
     chosen = arguments.parse_args()
     fill(PAGE, "truth-errors-imu", table(
         ["truth", "attitudes late ms", "positions late ms", "axes °", "tilt °", "heading °", "lever arm cm"],
