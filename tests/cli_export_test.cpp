@@ -54,7 +54,7 @@ TEST(Export, WhatCannotBeDoneIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.kml"));
   outcome = chasles(folder, "export out -o run.bag");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("expected .mcap, .ply or .kml"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("expected .mcap, .ply, .kml, .square or .tum"), std::string::npos) << outcome.err;
   EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
 }
 
