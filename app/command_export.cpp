@@ -25,6 +25,7 @@ namespace {
 struct ExportOptions {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> outputs;
+  std::filesystem::path truth;
   bool points = false, smoothed = false;
   bool quiet = false;
 };
@@ -35,10 +36,10 @@ RunPath path_of(const ExportOptions& o) {
 
 std::string truth_of(const ReportRun& run, const ExportOptions& o) {
   if (!nlohmann::ordered_json::parse(run.summary).value("truth_attitudes", true)) {
-    throw InputError(fmt::format(
-        "{}: its truth has positions alone, but a .tum needs poses; expected a run with a truth "
-        "that has attitudes",
-        o.folder.string()));
+    throw InputError(
+        fmt::format("--truth: that of {} has positions alone, expected a run with a truth "
+                    "that has attitudes",
+                    o.folder.string()));
   }
   return square_truth(run.run, path_of(o));
 }
@@ -55,17 +56,21 @@ Writer writer_for(const std::filesystem::path& file) {
          return run_ply(r.run, o.points ? PlyEdges::kNo : PlyEdges::kYes);
        }},
       {".kml", [](const ReportRun& r, const ExportOptions&) { return run_kml(r.run); }},
-      {".square",
-       [](const ReportRun& r, const ExportOptions& o) {
+      {".square", [](const ReportRun& r, const ExportOptions& o) {
          return run_square(r.run, path_of(o), CHASLES_VERSION);
-       }},
-      {".tum", truth_of}};
+       }}};
   const std::string ending = file.extension().string();
   const auto writer = writers.find(ending);
   if (writer != writers.end()) return writer->second;
-  throw UsageError(
-      fmt::format("-o: {} ends with '{}', expected .mcap, .ply, .kml, .square or .tum",
-                  file.string(), ending));
+  throw UsageError(fmt::format("-o: {} ends with '{}', expected .mcap, .ply, .kml or .square",
+                               file.string(), ending));
+}
+
+void write(const std::filesystem::path& file, const std::string& bytes, bool quiet) {
+  if (file.has_parent_path()) make_folder(file.parent_path());
+  replace_file(file, bytes);
+  if (!quiet)
+    app::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
 }
 
 int export_run(const ExportOptions& o) {
@@ -73,12 +78,9 @@ int export_run(const ExportOptions& o) {
   const ReportRun run{.run = read_run(o.folder),
                       .summary = json_text(read_summary(o.folder)),
                       .label = folder_name(o.folder)};
+  if (!o.truth.empty()) write(o.truth, truth_of(run, o), o.quiet);
   for (const std::filesystem::path& file : o.outputs) {
-    const std::string bytes = writer_for(file)(run, o);
-    if (file.has_parent_path()) make_folder(file.parent_path());
-    replace_file(file, bytes);
-    if (!o.quiet)
-      app::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
+    write(file, writer_for(file)(run, o), o.quiet);
   }
   return 0;
 }
@@ -95,14 +97,19 @@ Action declare_export(CLI::App& parser) {
                   "File whose extension chooses the format; may be repeated. .mcap: for Foxglove "
                   "and Rerun; .ply: map and trajectories, for CloudCompare, MeshLab, Blender; "
                   ".kml: trajectories on the Earth, for a georeferenced recording; .square: poses "
-                  "with covariances, for smfeval; .tum: the truth to score them by")
+                  "with covariances, for smfeval")
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
   parser.add_flag("--points", o->points,
                   "In .ply no lines between the positions of a trajectory: for readers of point "
                   "clouds that reject edges, such as meshio");
-  parser.add_flag("--smoothed", o->smoothed, "In .square and .tum the smoothed path");
+  parser.add_flag("--smoothed", o->smoothed, "In .square and --truth the smoothed path");
+  parser
+      .add_option("--truth", o->truth,
+                  "Also write the truth at the times of the poses, in the world of the run (TUM): "
+                  "what the poses of a .square are scored by, without an alignment")
+      ->type_name("FILE");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   return [o] { return export_run(*o); };
 }

@@ -20,18 +20,16 @@ std::vector<SmoothedPose> poses_of(const Run& run, RunPath path) {
   if (path == RunPath::kStates) {
     poses.clear();
     for (const RunState& s : run.states) {
-      poses.push_back({.time = s.time,
-                       .world_T_imu = s.world_T_imu,
-                       .pose_covariance = s.pose_covariance});
+      poses.push_back(
+          {.time = s.time, .world_T_imu = s.world_T_imu, .pose_covariance = s.pose_covariance});
     }
   }
   if (poses.empty()) {
-    throw InputError(fmt::format(
-        "run '{}' has no {}, expected {}", run.name,
-        path == RunPath::kSmoothed ? "smoothed.csv" : "row in states.csv",
-        path == RunPath::kSmoothed
-            ? "the run of a filter with an IMU, or with --set exact_map=true (docs/map.md)"
-            : "a run that was initialised"));
+    throw InputError(fmt::format("run '{}' has no {}, expected {}", run.name,
+                                 path == RunPath::kSmoothed ? "smoothed.csv" : "row in states.csv",
+                                 path == RunPath::kSmoothed
+                                     ? "the run of a filter with exact_map (docs/map.md)"
+                                     : "a run that was initialised"));
   }
   std::erase_if(poses, [](const SmoothedPose& s) {
     return !s.world_T_imu.p.allFinite() || !s.world_T_imu.R.allFinite();
@@ -79,9 +77,10 @@ std::string run_square(const Run& run, RunPath path, std::string_view version) {
 
 std::string square_truth(const Run& run, RunPath path) {
   if (run.truth.empty()) {
-    throw InputError(fmt::format("run '{}' has no truth.tum, expected a run with a truth: "
-                                 "`chasles run --truth FILE`",
-                                 run.name));
+    throw InputError(
+        fmt::format("run '{}' has no truth.tum, expected a run with a truth: "
+                    "`chasles run --truth FILE`",
+                    run.name));
   }
   Trajectory estimate;
   for (const SmoothedPose& s : poses_of(run, path)) {
