@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""python3 -m studies.scores SQUARE TRUTH: scores poses and their covariances by smfeval, and fits the scale of the path.
+"""python3 -m studies.scores SQUARE TRUTH: scores of poses and covariances by smfeval, and the scale of the path.
 Both files are those of `chasles export RUN -o run.square --truth truth.tum`. Prints JSON: `scale` and, of smfeval,
 `k` (median NEES of the position over that of chi-square), `coverage` (share of the positions in their 90 % ellipsoid)
 and `crps` [m]. Call it with the Python of tools/studies-venv, which has numpy and smfeval."""
