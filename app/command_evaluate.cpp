@@ -227,8 +227,8 @@ Action declare_evaluate(CLI::App& parser) {
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
   const std::size_t of_both = parser.get_options().size();
-  declare_truth(parser, o->truth_options, "Options");
   parser.add_flag("--smoothed", o->smoothed, "The smoothed path of the run folder");
+  declare_truth(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);
   std::vector<CLI::Option*> of_a_truth = parser.get_options();
   of_a_truth.erase(of_a_truth.begin(), of_a_truth.begin() + static_cast<std::ptrdiff_t>(of_both));
