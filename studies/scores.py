@@ -64,11 +64,11 @@ def crps(square: pathlib.Path, truth: pathlib.Path, rows: Array, true_rows: Arra
     """[m] Mean over poses and axes of the position's continuous ranked probability score."""
     header = "".join(line for line in square.read_text().splitlines(keepends=True) if line.startswith("#"))
     with tempfile.TemporaryDirectory() as name:
-        belief, reference = pathlib.Path(name) / "turned.square", pathlib.Path(name) / "turned.tum"
-        np.savetxt(belief, in_world_axes(rows), fmt="%.17g", header=header.rstrip(), comments="")
+        turned, reference = pathlib.Path(name) / "turned.square", pathlib.Path(name) / "turned.tum"
+        np.savetxt(turned, in_world_axes(rows), fmt="%.17g", header=header.rstrip(), comments="")
         np.savetxt(reference, without_rotation(true_rows), fmt="%.17g")
         # The samples are for other scores.
-        found = smfeval("score", belief, reference, "--n_samples", "2")
+        found = smfeval("score", turned, reference, "--n_samples", "2")
     return float(found["scores"]["translation_crps"]["mean"])
 
 

@@ -1,4 +1,4 @@
-"""studies/scores.py: smfeval's k, coverage and CRPS of a belief whose errors are known, and the scale of a path. It needs
+"""studies/scores.py: smfeval's k, coverage and CRPS of poses whose errors are known, and the scale of a path. It needs
 the Python of tools/studies-venv, without which it is skipped (exit code 77)."""
 
 import json
@@ -16,7 +16,7 @@ POSES = 40
 
 
 def written(folder):
-    """A belief of a body that looks along y of the world, with errors forward alone."""
+    """Poses of a body that looks along y of the world, with errors forward alone."""
     header = ["FORMAT SQUARE/0.3", "REPRESENTATION gaussian_se3", "POSE_FRAME world", "BODY_FRAME imu", "GAUGE fixed",
               "TIMESTAMP_UNIT seconds", "ALGORITHM test", "ALGORITHM_VERSION 1",
               "TANGENT_CONVENTION right_perturbation", "TANGENT_ORDER translation_rotation",
