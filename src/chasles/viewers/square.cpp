@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/codec/numbers.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/lie/so3.hpp>
 #include <chasles/viewers/square.hpp>
 
 namespace chasles {
