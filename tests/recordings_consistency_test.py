@@ -1,6 +1,5 @@
 """studies/recordings_consistency.py on a small simulated recording: rows with figures, a run that fails, and a second
-call that makes no run again. Its bands are compared with tables of chi-square, and its figures, means and goals with
-known input."""
+call that makes no run again. Its figures, means and goals are compared with known input."""
 
 import importlib
 import os
@@ -82,14 +81,6 @@ def test_errors(folder):
         assert done.returncode == code and message in done.stderr, done.stderr
 
 
-def test_bands():
-    module = importlib.import_module("studies.bands")
-    # 2.5 % and 97.5 % quantiles of chi-square with 30 and 100 degrees of freedom, from tables.
-    for dof, count, low, high in ((3, 10, 16.791, 46.979), (1, 100, 74.222, 129.561)):
-        band = module.mean_band(dof, count)
-        assert abs(band[0] - low / (dof * count)) < 1e-3 and abs(band[1] - high / (dof * count)) < 1e-3, band
-
-
 def result(pose, scale=1.0, health="ok"):
     """Of a run, in the form of summary.json and of `chasles evaluate --truth-errors auto --json`."""
     shares = {f"within_3_sigma_{axis}": 1 for axis in ("rx", "ry", "rz", "x", "y")} | {"within_3_sigma_z": 0.5}
@@ -145,7 +136,7 @@ def test_draws():
 
 
 def main():
-    for test in (test_bands, test_figures_of_known_results, test_rows_and_goals, test_draws):
+    for test in (test_figures_of_known_results, test_rows_and_goals, test_draws):
         test()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
