@@ -79,6 +79,7 @@ convergence: build  ## the error charts in batch estimation: fills studies/conve
 	@python3 -m studies.convergence
 
 recordings-consistency: build  ## errors against sigmas on all recordings: out/recordings-consistency/table.md
+	@tools/studies-venv
 	@python3 -m studies.recordings_consistency $(ARGS)
 
 docs:     ## the documentation site: out/docs/index.html

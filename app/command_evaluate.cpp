@@ -34,7 +34,7 @@ namespace {
 struct EvaluateOptions {
   std::filesystem::path estimate, truth;
   TruthOptions truth_options;
-  bool json = false, markdown = false, pair = false;
+  bool json = false, markdown = false, pair = false, smoothed = false;
   std::vector<Threshold> thresholds = truth_thresholds();
 };
 
@@ -70,18 +70,37 @@ void check_order(const EvaluateOptions& o) {
                         o.estimate.string(), run, o.estimate.string())));
 }
 
-EvaluatedEstimate read_estimate(const std::filesystem::path& path,
-                                std::vector<std::string>& remarks) {
+// The poses of states.csv or smoothed.csv with their covariances.
+void take_poses(const auto& poses, EvaluatedEstimate& estimate) {
+  for (const auto& s : poses) {
+    estimate.trajectory.push_back({.time = s.time, .pose = s.world_T_imu});
+    estimate.covariances.push_back(s.pose_covariance);
+  }
+}
+
+EvaluatedEstimate read_estimate(const EvaluateOptions& o, std::vector<std::string>& remarks) {
+  const std::filesystem::path& path = o.estimate;
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored)) {
+    if (o.smoothed) {
+      throw UsageError(
+          fmt::format("--smoothed: {} is a file, expected a run folder", path.string()));
+    }
     return {.trajectory = read_tum(path, remarks), .covariances = {}, .truth = {}};
   }
   const Run run = read_run(path);
   EvaluatedEstimate estimate{.trajectory = {}, .covariances = {}, .truth = run.truth};
   estimate.level = is_level(run);
-  for (const RunState& s : run.states) {
-    estimate.trajectory.push_back({.time = s.time, .pose = s.world_T_imu});
-    estimate.covariances.push_back(s.pose_covariance);
+  if (o.smoothed) {
+    take_poses(run.smoothed, estimate);
+  } else {
+    take_poses(run.states, estimate);
+  }
+  if (o.smoothed && run.smoothed.empty()) {
+    throw UsageError(
+        fmt::format("--smoothed: {} has no smoothed.csv, expected the run of a filter with "
+                    "exact_map (docs/map.md)",
+                    path.string()));
   }
   estimate.pairing = run.pairing;
   const auto summary = read_summary(path);
@@ -207,7 +226,7 @@ int run(const EvaluateOptions& o) {
   }
   check_order(o);
   std::vector<std::string> remarks;
-  EvaluatedEstimate estimate = read_estimate(o.estimate, remarks);
+  EvaluatedEstimate estimate = read_estimate(o, remarks);
   take_truth(o, estimate, remarks);
   for (const std::string& remark : remarks) spdlog::warn("{}", remark);
   EvaluationOptions options;
@@ -251,6 +270,7 @@ Action declare_evaluate(CLI::App& parser) {
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
   const std::size_t of_both = parser.get_options().size();
+  parser.add_flag("--smoothed", o->smoothed, "The smoothed path of the run folder");
   declare_truth(parser, o->truth_options, "Options");
   declare_truth_errors(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);

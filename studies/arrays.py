@@ -10,7 +10,7 @@ Array = numpy.typing.NDArray[typing.Any]
 
 
 def tum(file: pathlib.Path) -> Array:
-    """Rows of time, position and quaternion."""
+    """Rows of time, position and quaternion; of SQUARE also the triangle of the covariance."""
     return np.loadtxt(file, ndmin=2)
 
 

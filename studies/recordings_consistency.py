@@ -1,278 +1,168 @@
 #!/usr/bin/env python3
 """python3 -m studies.recordings_consistency [--quick] [--only PATTERN] [--set KEY=VALUE]... [--recording NAME=PATH]...:
 are the covariances consistent with the errors? It runs the filter, window:20 and batch with default settings on all
-development recordings, real and rendered, and compares errors and sigmas (studies/recordings-consistency.md).
-It writes out/recordings-consistency/table.md, and the figures of each run to out/recordings-consistency/runs.
+development recordings, real and rendered, four draws each, and compares errors and sigmas of the filter's path, its
+smoothed path and the two others (studies/recordings-consistency.md). It writes out/recordings-consistency/table.md, and
+the figures of each run to out/recordings-consistency/runs. `make recordings-consistency` also installs smfeval, without
+which there are no scores (tools/studies-venv).
 
 An interrupted call resumes: a run counts as done if program, recording and options are the same.
 A rendered recording is kept until the sources of the renderer change, or for want of room.
 
---quick has only the filter, the real recordings and the demo's walk. --only takes the recordings
+--quick has only the filter, one draw, the real recordings and the demo's walk. --only takes the recordings
 whose names match the regular expression. --recording adds one of your own. --set is passed on to
 all runs. --page also fills studies/recordings-consistency.md with the table."""
 
 import argparse
 import concurrent.futures
-import functools
-import hashlib
-import json
 import pathlib
 import re
-import shutil
 import signal
+import statistics
 import subprocess
 import sys
-import threading
 import typing
 
 from studies import pages
-from studies.bands import mean_band
-from studies.pages import fill, number
-from studies.program import CHASLES, DATA, EUROC, ROOT, Arguments, Json, parser, read_json, sets
+from studies.consistency_runs import (SCORER, Recording, Store, estimate, lock, real_recordings, rendered_recordings,
+                                      stop)
+from studies.pages import fill
+from studies.program import CHASLES, ROOT, Json, count, parser, sets
 
 PAGE = ROOT / "studies/recordings-consistency.md"
 MARKERS = {PAGE: ("recordings-consistency",)}
 ESTIMATORS = ("filter", "window:20", "batch")
+DRAWS = 4
 WORKERS = 2
-SECONDS_EACH = 600  # of a run
-SECONDS_TO_END = 3  # of a run, after an interrupt
-RENDERED_BYTES = 4e9  # kept in out/recordings-consistency/recordings at most
-RENDERING_BYTES = 0.7e9  # of the largest recording
+SMOOTHED = "smoothed path"  # of the filter
 AXES = ("rx", "ry", "rz", "x", "y", "z")
-FLIGHTS = ("MH_01_easy", "MH_03_medium", "V1_01_easy", "V1_02_medium", "V2_01_easy")
-# The goal's name, its condition, the figures that it applies to.
-GOALS: tuple[tuple[str, typing.Callable[[float], bool], tuple[str, ...]], ...] = (
-    ("NEES/dof of position and attitude in 0.5 to 2", lambda x: 0.5 <= x <= 2, ("position", "attitude")),
-    ("within 3 sigma at least 98 % on every axis", lambda x: x >= 0.98, ("least",)),
-    ("NIS/dof in 0.8 to 1.25", lambda x: 0.8 <= x <= 1.25, ("nis",)),
-    ("|correlation| at most 0.15", lambda x: abs(x) <= 0.15, ("correlation",)))
-
-children: set["subprocess.Popen[str]"] = set()
-lock = threading.RLock()
-stopping = threading.Event()
-
-
-class Recording:
-    """A recording and the variants in which it runs: {name: options}. `render`: the arguments of
-    `chasles simulate`, without the folder."""
-
-    def __init__(self, name: str, path: pathlib.Path = ROOT, render: list[str] | None = None,
-                 variants: dict[str, list[str]] | None = None) -> None:
-        self.name, self.path, self.render = name, path, render
-        self.variants = variants or {"": []}
-
-    def identity(self) -> list[typing.Any]:
-        """What a result depends on besides program and options."""
-        if self.render:
-            return [renderer(), *self.render]
-        files = sorted(self.path.rglob("*")) if self.path.is_dir() else [self.path]
-        return [[str(f.relative_to(self.path)), f.stat().st_size] for f in files if f.is_file()]
+Values = typing.Sequence[float]
+# The goal's name, its condition on the means over the draws, the figures that it applies to.
+GOALS: tuple[tuple[str, typing.Callable[[Values], bool], tuple[str, ...]], ...] = (
+    ("NEES/dof of position and attitude in 0.5 to 2", lambda x: 0.5 <= min(x) and max(x) <= 2,
+     ("position", "attitude")),
+    ("NEES/dof of the pose in 0.5 to 2, truth's errors unknown", lambda x: 0.5 <= x[0] <= 2, ("pose",)),
+    ("NEES/dof of the pose in 0.5 to 2, truth's errors known", lambda x: 0.5 <= x[0] <= 2, ("known",)),
+    ("within 3 sigma at least 98 % on every axis", lambda x: x[0] >= 0.98, ("least",)),
+    ("|scale − 1| at most 2 of its sigmas", lambda x: abs(x[0] - 1) <= 2 * x[1], ("scale", "scale_sigma")),
+    ("NIS/dof in 0.8 to 1.25", lambda x: 0.8 <= x[0] <= 1.25, ("nis",)),
+    ("|correlation| at most 0.15", lambda x: abs(x[0]) <= 0.15, ("correlation",)))
 
 
-Row = tuple[Recording, str, str, list[str]]  # recording, variant, estimator, options
+class Run(typing.NamedTuple):
+    recording: Recording
+    variant: str
+    estimator: str
+    draw: int
+    options: list[str]
+
+    def title(self) -> str:
+        return self.recording.name + (f", {self.variant}" if self.variant else "")
 
 
-def digest(*values: typing.Any) -> str:
-    return hashlib.sha256(json.dumps(values).encode()).hexdigest()[:16]
+class Row:
+    """A line of the table: one path of an estimator on a recording, in all its draws."""
 
+    def __init__(self, title: str, path: str, draws: list[Json]) -> None:
+        self.title, self.path = title, path
+        self.draws = [figures_of(draw, smoothed=path == SMOOTHED) for draw in draws]
 
-@functools.cache
-def renderer() -> str:
-    """The sources that decide the bytes of a rendered recording. A new filter does not change them."""
-    folders = [ROOT / "src/chasles" / name for name in ("sim", "numeric", "lie", "imu", "camera")]
-    files = sorted(f for folder in folders for f in folder.rglob("*.[ch]pp")
-                   if not f.stem.endswith(("test", "testing")))
-    return digest(*(hashlib.sha256(f.read_bytes()).hexdigest() for f in files))
+    def values(self, name: str) -> list[float]:
+        return [draw[name] for draw in self.draws if draw[name] is not None]
 
+    def mean(self, name: str) -> float | None:
+        values = self.values(name)
+        return statistics.fmean(values) if values else None
 
-def cameras(*names: str) -> dict[str, list[str]]:
-    return {name: ["--cameras", name] for name in names}
+    def state(self) -> str:
+        """The health of the draws, or why they have no figures."""
+        states = [draw["state"] for draw in self.draws]
+        known = list(dict.fromkeys(states))
+        return ", ".join(s if len(known) == 1 else f"{states.count(s)} {s}" for s in known).replace("|", "\\|")
 
-
-def real_recordings() -> list[Recording]:
-    ways: tuple[list[str], ...] = ([], ["--backwards"])
-    forwards_and_backwards = {f"{name}{', backwards' * bool(back)}": [*options, *back]
-                              for back in ways for name, options in cameras("mono", "stereo").items()}
-    found = [Recording("MH_01, 17 s", EUROC / "MH_01_easy_17s", variants=forwards_and_backwards),
-             Recording("MH_03, 27 s", EUROC / "MH_03_medium_27s_mono", variants=cameras("mono")),
-             Recording("AprilGrid", EUROC / "imu_april", variants=cameras("mono", "stereo")),
-             Recording("MH_01, tracks", EUROC / "imu_gt/MH_01_easy_klt_tracks_cam0.csv.gz"),
-             Recording("KITTI 00, 13 s", DATA / "kitti_images/00_first_13s", variants=cameras("stereo"))]
-    return [r for r in found if r.path.exists()]
-
-
-def rendered_recordings() -> list[Recording]:
-    walk = ["walk", "--images", "--set"]
-    found = [Recording("demo walk, 40 s", render=[*walk, "walk_duration=40"])]
-    for name in FLIGHTS:
-        path = EUROC / f"imu_gt/{name}_imu.csv.gz"
-        for seed in (1, 2, 3) if path.exists() else ():
-            settings = sets("cameras=1", "frame_rate=20", "exposure_drift=0.5", "knot_interval=0.02")
-            found.append(Recording(f"flight {name}, seed {seed}", render=[
-                "trajectory", "--path", str(path), "--real-imu", "--agreed-truth", "--images", "--cameras",
-                str(EUROC / "MH_01_easy_17s"), *settings, "--seed", str(seed)]))
-    for seed in range(1, 11):
-        found.append(Recording(f"walk, 60 s, seed {seed}", render=[*walk, "walk_duration=60", "--seed", str(seed)]))
-    return found
-
-
-def execute(arguments: Arguments, seconds: float) -> tuple[int | None, str, str]:
-    """Exit code (None: out of time), output and last line of errors. Ends with this program."""
-    with lock:
-        if stopping.is_set():
-            raise KeyboardInterrupt
-        child = subprocess.Popen([str(a) for a in (CHASLES, *arguments)], stdout=subprocess.PIPE,
-                                 stderr=subprocess.PIPE, text=True, start_new_session=True)
-        children.add(child)
-    try:
-        out, err = child.communicate(timeout=seconds)
-        code: int | None = child.returncode
-    except subprocess.TimeoutExpired:
-        child.kill()
-        child.communicate()
-        code, out, err = None, "", ""
-    finally:
-        with lock:
-            children.discard(child)
-    if stopping.is_set():
-        raise KeyboardInterrupt
-    return code, out, ([""] + err.strip().splitlines())[-1]
-
-
-class Store:
-    """Rendered recordings on the disk, and the results of runs."""
-
-    def __init__(self, out: pathlib.Path) -> None:
-        self.recordings, self.runs = out / "recordings", out / "runs"
-        self.recordings.mkdir(parents=True, exist_ok=True)
-        self.runs.mkdir(parents=True, exist_ok=True)
-        self.in_use: set[str] = set()
-        self.program = hashlib.sha256(CHASLES.read_bytes()).hexdigest()
-
-    def key(self, recording: Recording, options: list[str]) -> str:
-        return digest(self.program, recording.identity(), options)
-
-    def result(self, key: str) -> Json | None:
-        file = self.runs / f"{key}.json"
-        return read_json(file) if file.exists() else None
-
-    def keep(self, key: str, result: Json) -> None:
-        part = self.runs / f"{key}.part"
-        part.write_text(json.dumps(result, indent=1) + "\n")
-        part.rename(self.runs / f"{key}.json")
-
-    def folder(self, recording: Recording) -> pathlib.Path:
-        return self.recordings / digest(recording.identity())
-
-    def make_room(self) -> None:
-        """Removes recordings that no run uses, the oldest first, until those in use and those that are
-        being rendered have room."""
-        with lock:
-            folders = sorted((f for f in self.recordings.iterdir() if f.is_dir()), key=lambda f: f.stat().st_mtime)
-            sizes = {f: sum(x.stat().st_size for x in f.rglob("*") if x.is_file()) for f in folders}
-            total = sum(sizes.values())
-            for folder in folders:
-                if total + WORKERS * RENDERING_BYTES <= RENDERED_BYTES:
-                    return
-                if folder.name.removesuffix(".part") not in self.in_use:
-                    shutil.rmtree(folder)
-                    total -= sizes[folder]
-
-    def rendered(self, recording: Recording, render: list[str]) -> tuple[pathlib.Path, str | None]:
-        """The folder of a recording, rendered if it is not there, and an error or none."""
-        folder = self.folder(recording)
-        with lock:
-            self.in_use.add(folder.name)
-        if folder.exists():
-            return folder, None
-        self.make_room()
-        part = folder.with_suffix(".part")
-        shutil.rmtree(part, ignore_errors=True)
-        code, _, error = execute(["simulate", *render, "--threads", 1, "--quiet", "-o", part], 3 * SECONDS_EACH)
-        if code != 0:
-            return part, f"not rendered: {error}" if code is not None else "not rendered: out of time"
-        part.rename(folder)
-        return folder, None
-
-    def release(self, recording: Recording) -> None:
-        with lock:
-            self.in_use.discard(self.folder(recording).name)
-        self.make_room()
-
-
-def estimate(path: pathlib.Path, options: list[str]) -> Json:
-    """One run: figures, or the reason why there are none."""
-    # The bytes do not depend on the threads, and the other worker has the other core.
-    code, out, error = execute(["run", path, *options, "--threads", 1, "--json", "--quiet"], SECONDS_EACH)
-    if code is None:
-        return {"problem": f"out of time: {SECONDS_EACH} s"}
-    if not out.startswith("{"):
-        return {"problem": f"exit code {code}: {error}"}
-    return {"figures": json.loads(out)}
+    def cells(self) -> list[str]:
+        return [self.title, self.path if self.path == SMOOTHED else f"`{self.path}`",
+                *(spread(self.values(name), digits, factor) for _, name, digits, factor in COLUMNS), self.state()]
 
 
 class Plan:
-    """The runs of a call: rows (recording, variant, estimator, options)."""
+    """The runs of a call."""
 
-    def __init__(self, store: Store, recordings: list[Recording], estimators: tuple[str, ...],
-                 settings: list[str]) -> None:
-        self.store, self.recordings = store, recordings
-        self.rows: list[Row] = [(r, variant, estimator, ["--estimator", estimator, *options, *sets(*settings)])
-                                for r in recordings
-                                for variant, options in r.variants.items()
-                                for estimator in estimators]
-        self.done = 0
+    def __init__(self, store: Store, recordings: list[Recording], estimators: tuple[str, ...], settings: list[str],
+                 draws: int) -> None:
+        self.store, self.draws, self.done = store, draws, 0
+        self.runs = [Run(r, variant, estimator, draw,
+                         ["--estimator", estimator, *options, *r.options(draw), *sets(*settings)])
+                     for r in recordings
+                     for variant, options in r.variants.items()
+                     for estimator in estimators
+                     for draw in range(1, draws + 1)]
 
-    def result(self, row: Row) -> Json | None:
-        return self.store.result(self.store.key(row[0], row[3]))
+    def result(self, run: Run) -> Json | None:
+        return self.store.result(self.store.key(run.recording, run.draw, run.options))
 
-    def missing(self, recording: Recording) -> list[Row]:
-        def is_missing(row: Row) -> bool:
-            result = self.result(row)
-            return not result or str(result.get("problem", "")).startswith("not rendered")
+    def is_missing(self, run: Run) -> bool:
+        result = self.result(run)
+        return not result or str(result.get("problem", "")).startswith("not rendered")
 
-        return [row for row in self.rows if row[0] is recording and is_missing(row)]
+    def jobs(self) -> list[list[Run]]:
+        """The missing runs; those that need one and the same rendered recording together."""
+        found: dict[tuple[str, int], list[Run]] = {}
+        for run in filter(self.is_missing, self.runs):
+            shared = run.recording.render and not run.recording.seeded
+            found.setdefault((run.recording.name, 0 if shared else run.draw), []).append(run)
+        return list(found.values())
 
-    def work(self, recording: Recording) -> None:
-        missing = self.missing(recording)
-        if not missing:
-            return
-        path, problem = self.store.rendered(recording, recording.render) if recording.render else (recording.path, None)
-        for row in missing:
-            result: Json = {"problem": problem} if problem else estimate(path, row[3])
-            result |= {"recording": recording.name, "variant": row[1], "estimator": row[2], "options": row[3]}
-            self.store.keep(self.store.key(recording, row[3]), result)
+    def work(self, job: list[Run]) -> None:
+        recording, draw = job[0].recording, job[0].draw
+        render = recording.rendering(draw)
+        path, problem = self.store.rendered(recording, draw, render) if render else (recording.path, None)
+        for run in job:
+            result: Json = {"problem": problem} if problem else estimate(path, run.options)
+            result |= {"recording": recording.name, "variant": run.variant, "estimator": run.estimator,
+                       "draw": run.draw, "options": run.options}
+            self.store.keep(self.store.key(recording, run.draw, run.options), result)
             with lock:
                 self.done += 1
-                print(f"{title(row)}, {row[2]}: {result.get('problem') or 'done'}", flush=True)
-        if recording.render:
-            self.store.release(recording)
+                print(f"{run.title()}, {run.estimator}, draw {run.draw}: {result.get('problem') or 'done'}", flush=True)
+        if render:
+            self.store.release(recording, draw)
 
-    def run(self) -> None:
-        with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
-            for work in [pool.submit(self.work, r) for r in self.recordings]:
+    def run(self, workers: int) -> None:
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+            for work in [pool.submit(self.work, job) for job in self.jobs()]:
                 work.result()
 
+    def rows(self) -> list[Row]:
+        """In the order of the runs; behind each row of the filter that of its smoothed path, if a run has one."""
+        found: dict[tuple[str, str], list[Json]] = {}
+        for run in self.runs:
+            result = self.result(run) or {"problem": "not run"}
+            paths = (run.estimator, SMOOTHED) if run.estimator == "filter" else (run.estimator,)
+            for path in paths:
+                found.setdefault((run.title(), path), []).append(result)
+        return [Row(title, path, draws) for (title, path), draws in found.items()
+                if path != SMOOTHED or any("smoothed" in draw for draw in draws)]
 
-def title(row: Row) -> str:
-    return row[0].name + (f", {row[1]}" if row[1] else "")
 
-
-def figures_of(result: Json) -> Json:
+def figures_of(result: Json, smoothed: bool = False) -> Json:
     """The figures of the table by name; None where a run has none."""
-    f = result.get("figures", {})
-    shares = {axis: f.get(f"within_3_sigma_{axis}") for axis in AXES}
-    known = [s for s in shares.values() if s is not None]
+    run = result.get("path", {})
+    f = result.get("smoothed", {}) if smoothed else run
+    shares = [f[name] for axis in AXES if f.get(name := f"within_3_sigma_{axis}") is not None]
+    scores, known = f.get("scores", {}), f.get("known", {}).get("truth_errors", {}).get("nees_pose", {})
 
     def per_dof(name: str, dof: int) -> float | None:
         return None if f.get(name) is None else f[name] / dof
 
     return {
         "ate": f.get("ate_posyaw_m"), "degrees": f.get("attitude_posyaw_deg"), "position": per_dof("nees_position", 3),
-        "attitude": per_dof("nees_attitude", 3), "pose": per_dof("nees_pose", 6), "matched": f.get("matched"),
-        "nis": f.get("nis_per_dof"),
-        "correlation": f.get("innovation_correlation"), "least": min(known) if known else None, **shares, "ms": cost(f),
-        "state": result.get("problem") or f.get("health", "")
+        "attitude": per_dof("nees_attitude", 3), "pose": per_dof("nees_pose", 6),
+        "known": None if known.get("mean") is None else known["mean"] / known["dof"],
+        **{name: scores.get(name) for name in ("k", "coverage", "crps", "scale")},
+        "scale_sigma": f.get("scale_sigma"), "nis": f.get("nis_per_dof"),
+        "correlation": f.get("innovation_correlation"), "least": min(shares) if shares else None, "ms": cost(run),
+        "state": result.get("problem") or f.get("note") or run.get("health", "")
     }
 
 
@@ -281,40 +171,43 @@ def cost(figures: Json) -> float | None:
     return 1e3 * figures["seconds_cpu"] / figures["frames"] if figures.get("frames") else None
 
 
-HEADER = ("recording", "estimator", "ATE m", "attitude °", "NEES/dof position", "attitude", "pose", "band, 3 dof",
-          "band, 6 dof", "NIS/dof", "correlation", "least within 3σ %", *AXES, "CPU ms a frame", "state")
+# The column's title, the figure, its digits, and the factor to the column's unit.
+COLUMNS: tuple[tuple[str, str, int, float], ...] = (
+    ("ATE m", "ate", 3, 1), ("attitude °", "degrees", 2, 1), ("NEES/dof position", "position", 2, 1),
+    ("attitude", "attitude", 2, 1), ("pose", "pose", 2, 1), ("pose, truth's errors known", "known", 2, 1),
+    ("k", "k", 2, 1), ("90 % coverage", "coverage", 0, 100), ("CRPS mm", "crps", 1, 1000), ("scale", "scale", 3, 1),
+    ("its sigma", "scale_sigma", 3, 1), ("NIS/dof", "nis", 2, 1), ("correlation", "correlation", 2, 1),
+    ("least within 3σ %", "least", 1, 100), ("CPU ms a frame", "ms", 1, 1))
 
 
-def cells(row: Row, result: Json) -> list[str]:
-    f = figures_of(result)
-    bands = ["-".join(f"{x:.2f}" for x in mean_band(dof, f["matched"])) if f["matched"] else "-" for dof in (3, 6)]
-    return [title(row), f"`{row[2]}`", number(f["ate"], 3), number(f["degrees"], 2),
-            *(number(f[n], 2) for n in ("position", "attitude", "pose")), *bands, number(f["nis"], 2),
-            number(f["correlation"], 2), *(number(f[n], 1, 100) for n in ("least", *AXES)), number(f["ms"], 1),
-            f["state"].replace("|", "\\|")]
+def spread(values: Values, digits: int, factor: float = 1) -> str:
+    """Mean ± standard deviation over the draws, the latter of two or more."""
+    if not values:
+        return "-"
+    mean = f"{factor * statistics.fmean(values):.{digits}f}"
+    return mean + (f" ± {factor * statistics.stdev(values):.{digits}f}" if len(values) > 1 else "")
 
 
-def table(plan: Plan) -> str:
-    rows = [cells(row, plan.result(row) or {"problem": "not run"}) for row in plan.rows]
-    return pages.table(HEADER, rows, ["---", "---", *["---:"] * (len(HEADER) - 3), "---"])
+def table(rows: list[Row]) -> str:
+    header = ("recording", "path", *(title for title, *_ in COLUMNS), "state")
+    return pages.table(header, [row.cells() for row in rows], ["---", "---", *["---:"] * len(COLUMNS), "---"])
 
 
-def goals(plan: Plan) -> str:
-    """For each goal the number of runs that meet it, and those that do not."""
+def goals(rows: list[Row]) -> str:
+    """For each goal the number of rows that meet it, and those that do not."""
     lines = ["| goal | met | not met by |", "|---|---:|---|"]
     for name, holds, of in GOALS:
         met, all_of = 0, 0
         missed: list[str] = []
-        for run in plan.rows:
-            f = figures_of(plan.result(run) or {})
-            values = [f[figure] for figure in of]
-            if None in values:
+        for row in rows:
+            values = [mean for figure in of if (mean := row.mean(figure)) is not None]
+            if len(values) < len(of):
                 continue
             all_of += 1
-            if all(holds(value) for value in values):
+            if holds(values):
                 met += 1
             else:
-                missed.append(f"{title(run)} `{run[2]}`")
+                missed.append(f"{row.title} {row.cells()[1]}")
         by = ("; ".join(missed) if met else "all") if missed else "-"
         lines.append(pages.row([name.replace("|", "\\|"), f"{met} of {all_of}", by]))
     return "\n".join(lines)
@@ -326,26 +219,23 @@ def commit() -> str:
     return done.stdout.strip() or "no commit"
 
 
-def stop(*_: typing.Any) -> None:
-    with lock:
-        stopping.set()
-        for child in children:
-            child.terminate()
-            # The program ends a run in order, which may take a batch minutes.
-            timer = threading.Timer(SECONDS_TO_END, child.kill)
-            timer.daemon = True
-            timer.start()
-
-
 def arguments() -> argparse.Namespace:
     known = parser(__doc__)
     known.add_argument("--quick", action="store_true")
     known.add_argument("--only", default="", metavar="PATTERN")
     known.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     known.add_argument("--recording", action="append", default=[], metavar="NAME=PATH")
+    known.add_argument("--draws", type=count, metavar="N", help=f"{DRAWS}; 1 with --quick")
+    known.add_argument("--workers", type=count, default=WORKERS, metavar="N", help=f"runs in parallel, {WORKERS}")
     known.add_argument("--page", action="store_true")
     known.add_argument("-o", "--output", type=pathlib.Path, default=ROOT / "out/recordings-consistency", metavar="DIR")
-    return known.parse_args()
+    found = known.parse_args()
+    if found.draws is None:
+        found.draws = 1 if found.quick else DRAWS
+    for name in ("draws", "workers"):
+        if getattr(found, name) == 0:
+            known.error(f"--{name}: found 0, expected 1 or more")
+    return found
 
 
 def recordings_of(o: argparse.Namespace) -> list[Recording]:
@@ -371,19 +261,23 @@ def main() -> None:
     if not CHASLES.exists():
         sys.exit(f"studies/recordings_consistency.py: there is no {CHASLES}: run `make build`, or set CHASLES_BINARY")
     recordings = recordings_of(o)
+    if not SCORER.exists():
+        print(f"there is no {SCORER}: without scores, see tools/studies-venv", file=sys.stderr)
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, stop)
-    plan = Plan(Store(o.output), recordings, ESTIMATORS[:1] if o.quick else ESTIMATORS, o.set)
+    plan = Plan(Store(o.output, o.workers), recordings, ESTIMATORS[:1] if o.quick else ESTIMATORS, o.set, o.draws)
     try:
-        plan.run()
+        plan.run(o.workers)
     except KeyboardInterrupt:
         sys.exit("studies/recordings_consistency.py: interrupted; the same command resumes")
+    rows = plan.rows()
     settings = "".join(f", `{s}`" for s in o.set) or ", default settings"
-    page = f"Commit {commit()}, program {plan.store.program[:12]}{settings}.\n\n{table(plan)}\n\n{goals(plan)}\n"
+    page = (f"Commit {commit()}, program {plan.store.program[:12]}{settings}, draws: {o.draws}.\n\n"
+            f"{table(rows)}\n\n{goals(rows)}\n")
     (o.output / "table.md").write_text(page)
     if o.page:
         fill(PAGE, "recordings-consistency", page.strip())
-    print(f"{page}\n{plan.done} of {len(plan.rows)} runs made now, the others before: {o.output / 'table.md'}")
+    print(f"{page}\n{plan.done} of {len(plan.runs)} runs made now, the others before: {o.output / 'table.md'}")
 
 
 if __name__ == "__main__":

@@ -43,6 +43,22 @@ TEST(Evaluate, OfARunFolderAgreesWithItsSummary) {
   expect_part(chasles(folder, "evaluate out --markdown").out, "| alignment");
 }
 
+TEST(Evaluate, TheSmoothedPathHasTheFiguresOfTheSummary) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const Json run = evaluated(chasles(folder, "run rec --json --quiet -o out"));
+  const Json figures = evaluated(chasles(folder, "evaluate out --smoothed --json"));
+  for (const char* name : {"ate_m", "attitude_deg", "nees_pose", "within_3_sigma_x"}) {
+    const double expected = run.at("smoothed").at(name).get<double>();
+    EXPECT_NEAR(figures.at(name).get<double>(), expected, 1e-6 * expected) << name;
+  }
+  EXPECT_NE(figures.at("nees_pose"), run.at("nees_pose"));
+  expect_error(chasles(folder, "evaluate out/trajectory.tum out/truth.tum --smoothed"), 1,
+               "--smoothed: out/trajectory.tum is a file, expected a run folder");
+  ASSERT_EQ(chasles(folder, "run rec --estimator batch --quiet -o batch").code, 0);
+  expect_error(chasles(folder, "evaluate batch --smoothed"), 1, "batch has no smoothed.csv");
+}
+
 // evo has the truth first. The truth of the run folder would then be compared with itself.
 TEST(Evaluate, ARunFolderIsNoTruth) {
   const Scratch folder;

@@ -1,3 +1,5 @@
+#include <sstream>
+
 #include <nlohmann/json.hpp>
 
 #include <chasles/run_folder/run.hpp>
@@ -54,8 +56,49 @@ TEST(Export, WhatCannotBeDoneIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.kml"));
   outcome = chasles(folder, "export out -o run.bag");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("expected .mcap, .ply or .kml"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("expected .mcap, .ply, .kml or .square"), std::string::npos)
+      << outcome.err;
   EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
+}
+
+TEST(Export, PosesWithCovariancesAndTheirTruthAreOfOnePath) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o out --quiet").code, 0);
+  for (const char* path : {"", " --smoothed"}) {
+    const Outcome outcome =
+        chasles(folder, std::string("export out -o run.square --truth truth.tum --quiet") + path);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto run = read_run(folder / "out");
+    const Eigen::Vector3d& p =
+        *path == '\0' ? run.states[1].world_T_imu.p : run.smoothed[1].world_T_imu.p;
+    std::istringstream square(slurp(folder / "run.square")), truth(slurp(folder / "truth.tum"));
+    std::string line, time, true_time;
+    while (square.peek() == '#') std::getline(square, line);
+    std::getline(truth, line);
+    std::getline(truth, line);  // of the first pose, which SQUARE leaves out
+    double x = 0, y = 0, z = 0;
+    square >> time >> x >> y >> z;
+    truth >> true_time;
+    EXPECT_EQ(time, true_time);
+    EXPECT_EQ(Eigen::Vector3d(x, y, z), p);
+  }
+  ASSERT_EQ(chasles(folder, "run rec --estimator batch -o batch --quiet").code, 0);
+  expect_error(chasles(folder, "export batch --smoothed -o run.square"), 2, "has no smoothed.csv");
+  // A truth of positions alone.
+  std::istringstream poses(slurp(folder / "rec/truth.tum"));
+  std::string positions;
+  for (std::string line; std::getline(poses, line);) {
+    std::istringstream words(line);
+    std::string t, x, y, z;
+    if (!line.starts_with('#') && words >> t >> x >> y >> z) {
+      positions += t + " " + x + " " + y + " " + z + "\n";
+    }
+  }
+  spill(folder / "positions.txt", positions);
+  ASSERT_EQ(chasles(folder, "run rec --truth positions.txt -o position_run --quiet").code, 0);
+  expect_error(chasles(folder, "export position_run -o p.square --truth truth.tum"), 2,
+               "--truth: that of position_run has positions alone");
 }
 
 TEST(Export, ARunShowsWhenLandmarksWereSeenAndWhatStagesTook) {

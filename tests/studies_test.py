@@ -136,6 +136,12 @@ class Studies(unittest.TestCase):
             for file in re.findall(r'"(studies/configs/[\w.-]+\.yaml)"', text):
                 self.assertTrue((ROOT / file).is_file(), f"studies/{name}.py: {file}")
 
+    def test_bands(self):
+        # 2.5 % and 97.5 % quantiles of chi-square with 30 and 100 degrees of freedom, from tables.
+        for dof, count, *quantiles in ((3, 10, 16.791, 46.979), (1, 100, 74.222, 129.561)):
+            for limit, quantile in zip(self.modules["bands"].mean_band(dof, count), quantiles):
+                self.assertAlmostEqual(limit, quantile / (dof * count), delta=1e-3)
+
     def test_tables(self):
         pages = self.modules["pages"]
         self.assertEqual(pages.table(["a", "b"], [["1", "2"]]), "| a | b |\n|---|---|\n| 1 | 2 |")
