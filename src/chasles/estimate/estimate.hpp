@@ -69,6 +69,8 @@ struct Estimate {
   Degradation degradation = Degradation::kNone;  ///< the reason of kDegraded, of a filter or window
   bool zero_velocity = false;                    ///< a zero-velocity update was made
   std::optional<Calibration> calibration = {};   ///< where any of it is estimated
+  /// Standard deviation of the relative scale [1]: filter with keep_scale (docs/filter.md)
+  std::optional<double> scale_sigma = {};
   std::optional<StageSeconds> seconds = {};      ///< of a filter
   std::optional<PoseInMap> in_map = {};
 

@@ -61,9 +61,9 @@ class Ekf {
   struct Options {
     Map map = Map::kHistory;
     Past::Options past = {};  ///< with Map::kPast
-    /// True: the scale, which pixels alone cannot observe, stays unobservable to them when the mean
-    /// changes (docs/filter.md, section 3). Requires v_world, not Map::kHistory, and a chart whose
-    /// pose errors do not rotate with the pose: not left-se3.
+    /// True: the scale of all distances, which pixels alone cannot observe, stays unobservable to
+    /// them when the mean changes (docs/filter.md, section 3). Requires v_world, not
+    /// Map::kHistory, and a chart whose pose errors do not rotate with the pose: not left-se3.
     bool keep_scale = false;
     /// Bound on the memory of the steps from which the map is computed, with Map::kHistory [bytes];
     /// 0: none.
@@ -104,6 +104,11 @@ class Ekf {
   /// The mean after update(), which is not made: a better point to linearise at. None where the
   /// gate accepts nothing, or S is not positive definite.
   std::optional<State> updated_mean(std::span<const Measurement> measurements) const;
+
+  /// Standard deviation of the relative error of scale that the landmarks of the state have in
+  /// common (docs/filter.md, section 3). None without keep_scale, or if no landmark has a known
+  /// depth.
+  std::optional<double> scale_sigma() const;
 
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <optional>
 
 #include <chasles/filter/dense.hpp>
@@ -12,12 +13,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector = Eigen::Ref<VectorXd>;
 
-// Direction of scale in the error state: d/ds at s = 0 if all lengths are scaled by e^s about the
-// world's origin.
+// Direction in the error state that pixels do not see: d/ds at s = 0 if all distances are scaled by
+// e^s about the world's origin. No pixel depends on the velocity, so its error is no part of it.
 void scale_direction(const State& x, Vector s) {
   s.setZero();
   s.segment<3>(3) = x.world_T_imu.p;
-  s.segment<3>(6) = *x.v_world;
   for (const Clone& clone : x.clones) s.segment<3>(clone.row + 3) = clone.world_T_imu.p;
   for (const Landmark& landmark : x.landmarks) {
     if (landmark.anchor) {
@@ -71,6 +71,13 @@ std::optional<VectorXd> Ekf::scale_error(std::span<const Landmark> landmarks) co
   VectorXd c(covariance_.size());
   if (!scale_functional(state_.world_T_imu, landmarks, covariance_, c)) return std::nullopt;
   return c;
+}
+
+std::optional<double> Ekf::scale_sigma() const {
+  if (!keep_scale_) return std::nullopt;
+  const auto c = scale_error(state_.landmarks);
+  if (!c) return std::nullopt;
+  return std::sqrt(c->dot(covariance_.all() * *c));
 }
 
 // P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x),

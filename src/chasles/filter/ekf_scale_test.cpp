@@ -1,3 +1,4 @@
+#include <cmath>
 #include <string>
 
 #include <Eigen/Cholesky>
@@ -62,11 +63,10 @@ std::vector<Measurement> observations(const State& x, test::Random& random) {
   return result;
 }
 
-// d/ds of all lengths scaled by e^s, by hand.
+// d/ds of all distances scaled by e^s, by hand. No pixel depends on the velocity.
 VectorXd scale_direction(const State& x) {
   VectorXd s = VectorXd::Zero(x.size());
   s.segment<3>(3) = x.world_T_imu.p;
-  s.segment<3>(6) = *x.v_world;
   for (const Clone& clone : x.clones) s.segment<3>(clone.row + 3) = clone.world_T_imu.p;
   for (const Landmark& l : x.landmarks) {
     const double w = l.inverse_depth.z();
@@ -101,6 +101,43 @@ TEST(EkfScale, PixelsShowNothingOfIt) {
       EXPECT_GT(gain(chart, kPlain, seed), 1.001) << chart << seed;
     }
   }
+}
+
+// The velocity changes in an update for reasons other than scale, such as the noise of the samples.
+// That is no change of scale, so its covariance is that of the plain update.
+TEST(EkfScale, VelocityIsNoPartOfIt) {
+  test::Random random(3), again(3);
+  Ekf kept = filter_with_landmarks(kRightSen3Chart, random, kKept, 0.02);
+  Ekf plain = filter_with_landmarks(kRightSen3Chart, again, kPlain, 0.02);
+  const auto z = observations(kept.state(), random);
+  kept.update(z);
+  plain.update(z);
+  const MatrixXd a = kept.covariance(), b = plain.covariance();
+  EXPECT_LT((a.block<3, 3>(6, 6) - b.block<3, 3>(6, 6)).norm(), 1e-12 * b.norm());
+  EXPECT_GT((a.block<3, 3>(3, 3) - b.block<3, 3>(3, 3)).norm(), 1e-6 * b.norm());
+}
+
+// Landmarks whose distances have independent errors of 3 % and 6 %, seen from a certain pose:
+// weighted by their variances, the error that they have in common has
+// 1 / (1 / 0.03^2 + 1 / 0.06^2).
+TEST(EkfScale, SigmaIsThatOfTheMeanDistance) {
+  test::Random random(1);
+  const State x = test::random_state(random, {.velocity = true, .additive = 6});
+  const MatrixXd certain = 1e-18 * MatrixXd::Identity(x.core_size(), x.core_size());
+  Ekf filter(kStandardChart, x, certain, kKept), plain(kStandardChart, x, certain, kPlain);
+  EXPECT_FALSE(filter.scale_sigma());
+  for (const double relative : {0.03, 0.06}) {
+    NewLandmark fresh;
+    fresh.id = static_cast<int>(100 * relative);
+    const Vector3d away = test::point_ahead(random, 7);
+    fresh.p_world = x.world_T_imu * away;
+    fresh.noise = std::pow(relative * away.norm(), 2) * Eigen::Matrix3d::Identity();
+    filter.add({&fresh, 1});
+    plain.add({&fresh, 1});
+  }
+  ASSERT_TRUE(filter.scale_sigma());
+  EXPECT_NEAR(*filter.scale_sigma(), 1 / std::hypot(1 / 0.03, 1 / 0.06), 1e-9);
+  EXPECT_FALSE(plain.scale_sigma());
 }
 
 TEST(EkfScale, MeansAreThoseOfThePlainUpdate) {

@@ -30,6 +30,7 @@ struct RecordedRun {
   std::optional<RealtimeFigures> realtime;
   bool has_prior_map = false;
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
+  std::optional<double> scale_sigma;       ///< last one, of a filter with keep_scale [1]
 };
 
 }  // namespace chasles

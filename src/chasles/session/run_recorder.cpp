@@ -73,6 +73,7 @@ void RunRecorder::on_estimate(const Estimate& e, const EstimateTiming& timing) {
   estimated_ += e.health == Health::kLost ? 0 : 1;
   result_.zupt_frames += e.zero_velocity ? 1 : 0;
   result_.calibration = e.calibration;
+  result_.scale_sigma = e.scale_sigma;
   if (result_.realtime && timing.latency) result_.realtime->latency.push_back(*timing.latency);
   RunState& state = add_state(e, timing.seconds);
   if (!options_.has_stages || !e.seconds) return;

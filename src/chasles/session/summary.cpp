@@ -252,6 +252,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["settings"] = settings_json(settings);
   const InertialSlamSettings decided_filter = decided(settings, recording).filter;
   summary["keep_scale"] = decided_filter.keep_scale == Toggle::kTrue;
+  summary["scale_sigma"] = or_null(run.scale_sigma);
   if (run.calibration) {
     summary["calibration"] = calibration_json(*run.calibration, recording.cameras,
                                               settings.filter.initial_time_offset());

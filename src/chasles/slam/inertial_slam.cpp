@@ -160,6 +160,7 @@ void InertialSlam::report(const FeatureFrame& frame, Estimate& e) {
   e.additive = now.biases;
   e.covariance = now.covariance;
   e.calibration = calibration_of(filter);
+  e.scale_sigma = filter.scale_sigma();
   e.observations = static_cast<int>(frame.pixels.size());
   e.in_state = static_cast<int>(filter.state().landmarks.size());
   e.landmarks = filter.past().map_size();
