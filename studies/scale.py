@@ -79,7 +79,7 @@ def flights(work: pathlib.Path) -> str:
         more = [*settings, "calibrate_time_offset=true"]
         rows.append([label, *[plus_minus(run(cut, *arguments, *sets(*more))) for cut, arguments in cuts]])
     header = {"scale to truth": "---", **{f"{name}, {start} to {stop} s": "---" for name, start, stop in FLIGHTS}}
-    return table(header, rows, header.values())
+    return table(list(header), rows, header.values())
 
 
 def walk(seed: int, work: pathlib.Path) -> pathlib.Path:
@@ -113,7 +113,7 @@ def walks(runs: int, work: pathlib.Path) -> str:
                          f"{statistics.mean(r.summary['ate_m'] for r in found):.4f}"])
     header = {"filter": "---", "NEES/dof, pose (mean, median)": "---:", "position": "---:", "attitude": "---:",
               "scale to truth (mean ± std)": "---:", "its sigma": "---:", "ATE m": "---:"}
-    return table(header, rows, header.values())
+    return table(list(header), rows, header.values())
 
 
 def main() -> None:
