@@ -71,7 +71,7 @@ struct Estimate {
   std::optional<Calibration> calibration = {};   ///< where any of it is estimated
   /// Standard deviation of the relative scale [1]: filter with keep_scale (docs/filter.md)
   std::optional<double> scale_sigma = {};
-  std::optional<StageSeconds> seconds = {};      ///< of a filter
+  std::optional<StageSeconds> seconds = {};  ///< of a filter
   std::optional<PoseInMap> in_map = {};
 
   Matrix6d pose_covariance() const { return covariance.topLeftCorner<6, 6>(); }
