@@ -85,7 +85,8 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
                          .time_offset = truth_time_offset,
                          .frame = truth_frame,
                          .scale = truth_scale,
-                         .inverse = truth_inverse};
+                         .inverse = truth_inverse,
+                         .errors = {}};
   return LongCall()([&] { return shared(read_input(input)); });
 }
 
