@@ -98,6 +98,7 @@ void RunRecorder::note_place(Time time, const PoseInMap& place) {
 void RunRecorder::on_smoothed(std::span<const Estimate> estimates, double seconds) {
   result_.run.states.clear();
   result_.run.stage_names.clear();
+  result_.scale_sigma.reset();  // that of the filter from which the batch starts
   sums_ = {};
   for (const Estimate& e : estimates) add_state(e, seconds / static_cast<double>(estimates.size()));
 }

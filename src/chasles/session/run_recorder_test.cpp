@@ -109,6 +109,7 @@ TEST(RunRecorder, BatchEstimationReplacesTheStatesAndWhatIsCountedOfThem) {
   Estimate degraded = estimate_at(seconds(1));
   degraded.health = Health::kDegraded;
   degraded.degradation = Degradation::kLens;
+  degraded.scale_sigma = 0.01;
   recorder.on_estimate(degraded, {});
   const std::vector<Estimate> smoothed = {estimate_at(seconds(1)), estimate_at(seconds(2))};
   recorder.on_smoothed(smoothed, 0.5);
@@ -118,6 +119,7 @@ TEST(RunRecorder, BatchEstimationReplacesTheStatesAndWhatIsCountedOfThem) {
   EXPECT_EQ(recorded.run.states[1].milliseconds, 250);
   EXPECT_TRUE(recorded.run.stage_names.empty());
   EXPECT_TRUE(recorded.degradations.empty());
+  EXPECT_FALSE(recorded.scale_sigma);
 }
 
 }  // namespace
