@@ -75,9 +75,12 @@ std::optional<VectorXd> Ekf::scale_error(std::span<const Landmark> landmarks) co
 
 std::optional<double> Ekf::scale_sigma() const {
   if (!keep_scale_) return std::nullopt;
-  const auto c = scale_error(state_.landmarks);
-  if (!c) return std::nullopt;
-  return std::sqrt(c->dot(covariance_.all() * *c));
+  const auto P = covariance_.all();
+  auto c = work_.xi.take<VectorXd>(P.rows());
+  if (!scale_functional(state_.world_T_imu, state_.landmarks, covariance_, c)) return std::nullopt;
+  auto Pc = work_.other.take<VectorXd>(P.rows());
+  Pc.noalias() = P * c;
+  return std::sqrt(c.dot(Pc));
 }
 
 // P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x),

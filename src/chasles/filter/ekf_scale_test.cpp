@@ -94,6 +94,21 @@ double gain(const char* chart, Ekf::Options options, int seed) {
   return information(filter) / before;
 }
 
+struct Both {
+  Ekf kept, plain;
+};
+
+// The same update of a filter with keep_scale and of one without.
+Both both_updated(const ErrorChart& chart, int seed) {
+  test::Random random(seed), again(seed);
+  Both both{.kept = filter_with_landmarks(chart, random, kKept, 0.02),
+            .plain = filter_with_landmarks(chart, again, kPlain, 0.02)};
+  const auto z = observations(both.kept.state(), random);
+  both.kept.update(z);
+  both.plain.update(z);
+  return both;
+}
+
 TEST(EkfScale, PixelsShowNothingOfIt) {
   for (const char* chart : {"standard", "right-se3", "right-sen3"}) {
     for (int seed = 0; seed < 5; ++seed) {
@@ -106,13 +121,8 @@ TEST(EkfScale, PixelsShowNothingOfIt) {
 // The velocity changes in an update for reasons other than scale, such as the noise of the samples.
 // That is no change of scale, so its covariance is that of the plain update.
 TEST(EkfScale, VelocityIsNoPartOfIt) {
-  test::Random random(3), again(3);
-  Ekf kept = filter_with_landmarks(kRightSen3Chart, random, kKept, 0.02);
-  Ekf plain = filter_with_landmarks(kRightSen3Chart, again, kPlain, 0.02);
-  const auto z = observations(kept.state(), random);
-  kept.update(z);
-  plain.update(z);
-  const MatrixXd a = kept.covariance(), b = plain.covariance();
+  const Both both = both_updated(kRightSen3Chart, 3);
+  const MatrixXd a = both.kept.covariance(), b = both.plain.covariance();
   EXPECT_LT((a.block<3, 3>(6, 6) - b.block<3, 3>(6, 6)).norm(), 1e-12 * b.norm());
   EXPECT_GT((a.block<3, 3>(3, 3) - b.block<3, 3>(3, 3)).norm(), 1e-6 * b.norm());
 }
@@ -141,15 +151,10 @@ TEST(EkfScale, SigmaIsThatOfTheMeanDistance) {
 }
 
 TEST(EkfScale, MeansAreThoseOfThePlainUpdate) {
-  test::Random random(1), again(1);
-  Ekf kept = filter_with_landmarks(kStandardChart, random, kKept, 0.02);
-  Ekf plain = filter_with_landmarks(kStandardChart, again, kPlain, 0.02);
-  const auto z = observations(kept.state(), random);
-  kept.update(z);
-  plain.update(z);
+  const Both both = both_updated(kStandardChart, 1);
   // Fused multiplication and addition may round differently in the two.
-  EXPECT_LT(local(kStandardChart, kept.state(), plain.state()).norm(), 1e-15);
-  const MatrixXd P = kept.covariance();
+  EXPECT_LT(local(kStandardChart, both.kept.state(), both.plain.state()).norm(), 1e-15);
+  const MatrixXd P = both.kept.covariance();
   EXPECT_EQ(P, P.transpose());
   EXPECT_EQ(P.llt().info(), Eigen::Success);
 }

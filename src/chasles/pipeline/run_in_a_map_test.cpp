@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -77,7 +78,8 @@ class RunInAMap : public RunOfImages {
     change(scene.settings);
     return render_inertial(scene);
   }
-  // Of the poses in the map, none of which errs by more than 20 cm: their number, and mean NEES.
+  // Of the poses in the map: their number, and mean NEES. None errs by more than 15 cm, or by more
+  // than its sigma where that is larger, as in the first frames after a place was found.
   static std::pair<int, double> assessed(const Result& result, const Recording& recording,
                                          const SE3& truth_T_map) {
     double nees = 0;
@@ -86,7 +88,8 @@ class RunInAMap : public RunOfImages {
       if (!e.in_map) continue;
       const SE3 truth = truth_T_map.inverse() * pose_at(recording.truth, e.time).value();
       const Vector6d error = error_of(e.in_map->map_T_imu, truth);
-      EXPECT_LT(error.tail<3>().norm(), 0.2) << placed;
+      const double sigma = std::sqrt(e.in_map->covariance.diagonal().tail<3>().sum());
+      EXPECT_LT(error.tail<3>().norm(), std::max(0.15, sigma)) << placed;
       nees += nees_per_dof(error, e.in_map->covariance);
       ++placed;
     }
