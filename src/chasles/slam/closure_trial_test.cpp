@@ -103,20 +103,36 @@ TEST(ClosureTrial, LeavesRightReturnsAlone) {
   EXPECT_LT(position_sigma(tried.estimates.back()), 0.7 * position_sigma(without.estimates.back()));
 }
 
+double position_nees(const Estimates& estimates, const Recording& recording) {
+  double sum = 0;
+  for (const Estimate& estimate : estimates) {
+    const Eigen::Vector3d e =
+        pose_at(recording.truth, estimate.time)->p - estimate.world_T_imu.p;
+    sum += e.dot(estimate.covariance.block<3, 3>(3, 3).ldlt().solve(e)) / 3;
+  }
+  return sum / static_cast<double>(estimates.size());
+}
+
+// A wrong return that the gate lets through makes the filter overconfident, which the trial undoes.
+// The error of one path may go either way: in 12 runs that of the trial was 1.2 times that of the
+// filter alone.
 TEST(ClosureTrial, UndoesWrongReturns) {
-  const Recording recording = with_wrong_returns(twice_round(small_block()));
-  const Result tried = run(recording, Recognise::kIds, true);
-  const Result untried = run(recording, Recognise::kIds, false);
-  const Result without = run(recording, Recognise::kNone, false);
-  EXPECT_GT(tried.undone, 3);
-  test::expect_sound(tried.estimates);
-  const auto error = [&](const Result& result) {
-    return test::error_from(result.estimates, recording);
-  };
+  double tried_nees = 0, untried_nees = 0, tried_error = 0, error_without = 0;
+  for (const std::uint64_t run_number : {0, 1, 2, 3}) {
+    const Recording recording = with_wrong_returns(twice_round(small_block(), run_number));
+    const Result tried = run(recording, Recognise::kIds, true);
+    EXPECT_GT(tried.undone, 3);
+    test::expect_sound(tried.estimates);
+    tried_nees += position_nees(tried.estimates, recording);
+    tried_error += test::error_from(tried.estimates, recording);
+    untried_nees += position_nees(run(recording, Recognise::kIds, false).estimates, recording);
+    error_without +=
+        test::error_from(run(recording, Recognise::kNone, false).estimates, recording);
+  }
+  EXPECT_LT(tried_nees, 0.85 * untried_nees);
   // It differs from a filter without returns: it does not initialise the landmarks that are to
   // return.
-  EXPECT_LT(error(tried), 1.5 * error(without));
-  EXPECT_LT(error(tried), 0.85 * error(untried));
+  EXPECT_LT(tried_error, 2 * error_without);
 }
 
 // Coarse sensors, and a block of 180 m: the way is wrong by metres when it closes. One
