@@ -106,8 +106,7 @@ TEST(ClosureTrial, LeavesRightReturnsAlone) {
 double position_nees(const Estimates& estimates, const Recording& recording) {
   double sum = 0;
   for (const Estimate& estimate : estimates) {
-    const Eigen::Vector3d e =
-        pose_at(recording.truth, estimate.time)->p - estimate.world_T_imu.p;
+    const Eigen::Vector3d e = pose_at(recording.truth, estimate.time)->p - estimate.world_T_imu.p;
     sum += e.dot(estimate.covariance.block<3, 3>(3, 3).ldlt().solve(e)) / 3;
   }
   return sum / static_cast<double>(estimates.size());
@@ -126,8 +125,7 @@ TEST(ClosureTrial, UndoesWrongReturns) {
     tried_nees += position_nees(tried.estimates, recording);
     tried_error += test::error_from(tried.estimates, recording);
     untried_nees += position_nees(run(recording, Recognise::kIds, false).estimates, recording);
-    error_without +=
-        test::error_from(run(recording, Recognise::kNone, false).estimates, recording);
+    error_without += test::error_from(run(recording, Recognise::kNone, false).estimates, recording);
   }
   EXPECT_LT(tried_nees, 0.85 * untried_nees);
   // It differs from a filter without returns: it does not initialise the landmarks that are to
