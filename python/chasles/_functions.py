@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
@@ -61,7 +62,8 @@ def read_run(folder: _core.Path) -> Run:
 
 @suggests_arguments
 def evaluate(estimate: Union[Run, Mapping[str, Any]], truth: Union[_core.Recording, Run, Mapping[str, Any]], *,
-             chart: Optional[str] = None, level: Optional[bool] = None) -> dict[str, Optional[float]]:
+             chart: Optional[str] = None, level: Optional[bool] = None,
+             truth_errors: Literal["auto", "none"] = "none") -> dict[str, Any]:
     """Compares an estimate with the truth and returns the figures of docs/evaluation.md: ate_m, rpe_..., and with
     `pose_covariance` in the estimate the NEES. Both are dictionaries with `time`, `position` (N, 3) and, if known,
     `quaternion` (N, 4), as Run.states and Recording.truth; or a Run, whose states count, and a Recording, whose truth
@@ -69,16 +71,23 @@ def evaluate(estimate: Union[Run, Mapping[str, Any]], truth: Union[_core.Recordi
 
     chart: the error chart in whose coordinates the NEES is. level: the z axis of the estimate's world points up, as in
     a run with an IMU, so that only heading and position are aligned for it. Their defaults are those of the run where
-    the estimate is a Run or its columns, and otherwise "standard" and False."""
+    the estimate is a Run or its columns, and otherwise "standard" and False. truth_errors: "auto" estimates constant
+    errors of the truth, as `chasles evaluate --truth-errors auto`; the figure `truth_errors` is then its dictionary.
+    UsageError where covariances or attitudes are missing."""
     of_estimate = path_of(estimate, "estimate", "position")
     of_truth = path_of(truth, "truth", "position")
     charts = _core.chart_names()
     if chart is not None and chart not in charts:
         raise _core.UsageError(f"evaluate: chart: found {found(chart)}, expected one of {', '.join(charts)}")
-    return _core.evaluate(*arrays_of(of_estimate, "estimate"), *arrays_of(of_truth, "truth"),
-                          of_estimate.get("pose_covariance"),
-                          getattr(of_estimate, "chart", "standard") if chart is None else chart,
-                          getattr(of_estimate, "level", False) if level is None else level)
+    if truth_errors not in ("auto", "none"):
+        raise _core.UsageError(f"evaluate: truth_errors: found {found(truth_errors)}, expected 'auto' or 'none'")
+    arguments = (*arrays_of(of_estimate, "estimate"), *arrays_of(of_truth, "truth"), of_estimate.get("pose_covariance"),
+                 getattr(of_estimate, "chart", "standard") if chart is None else chart,
+                 getattr(of_estimate, "level", False) if level is None else level)
+    figures: dict[str, Any] = _core.evaluate(*arguments)
+    if truth_errors == "auto":
+        figures["truth_errors"] = json.loads(_core.truth_errors(*arguments))
+    return figures
 
 
 @suggests_arguments

@@ -6,7 +6,7 @@ import copy
 import functools
 import json
 import os
-from typing import Any, Dict, Mapping, Optional
+from typing import Any, Dict, Literal, Mapping, Optional
 
 import numpy
 
@@ -152,11 +152,12 @@ class Run(Page):
             return pandas.array([pandas.NA] * len(self.states["time"]), dtype="Int64")
         return pandas.array(numpy.searchsorted(frames, self._image_times()), dtype="Int64")
 
-    def evaluate(self, truth: Mapping[str, Any] | None = None) -> dict[str, float | None]:
+    def evaluate(self, truth: Mapping[str, Any] | None = None, *,
+                 truth_errors: Literal["auto", "none"] = "none") -> dict[str, Any]:
         """The errors against a truth (that of the recording, if none is given): `chasles.evaluate(run, truth)`."""
         from ._functions import evaluate
 
-        return evaluate(self, self.truth if truth is None else truth)
+        return evaluate(self, self.truth if truth is None else truth, truth_errors=truth_errors)
 
     def errors(self, truth: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
         """The errors of the estimates for which there is a truth, frame by frame (N of them), as the page shows them:

@@ -180,6 +180,22 @@ def test_evaluate_has_the_defaults_of_the_run(run):
     assert chasles.evaluate(bare, other.truth) == chasles.evaluate(bare, other.truth, chart="standard", level=False)
 
 
+def test_evaluate_finds_how_the_bodys_axes_of_the_truth_are_turned(run):
+    """By two degrees about z, which the estimate's own attitude error of its first second cannot be."""
+    half = numpy.radians(2) / 2
+    x, y, z, w = run.truth["quaternion"].T
+    turned = numpy.stack([x, y, z, w], 1) * numpy.cos(half) + numpy.stack([y, -x, w, -z], 1) * numpy.sin(half)
+    truth = {**run.truth, "quaternion": turned}
+    found = run.evaluate(truth, truth_errors="auto")["truth_errors"]["body_rotation_deg"]
+    known = run.evaluate(truth_errors="auto")["truth_errors"]["body_rotation_deg"]
+    assert found["value"][2] - known["value"][2] == pytest.approx(-2, abs=0.7)
+    assert "truth_errors" not in run.evaluate(truth)
+    with pytest.raises(chasles.UsageError, match="truth_errors: the estimate has no covariances"):
+        chasles.evaluate(run.truth, run.truth, truth_errors="auto")
+    with pytest.raises(chasles.UsageError, match="truth_errors: the truth has positions alone"):
+        run.evaluate({"time": truth["time"], "position": truth["position"]}, truth_errors="auto")
+
+
 def positions_alone(shift=0):
     """A run of 6 m whose truth has positions, `shift` nanoseconds late."""
     images = chasles.simulate("hallway", images=True, sections=1, hall_length=6, image_width=320, image_height=240,

@@ -253,6 +253,7 @@ NOISE = {"accelerometer_noise_density": 1e-3, "gyroscope_noise_density": 1e-4, "
     (lambda w: chasles.compare(w, ["filter"]), "compare: estimators: found ['filter']; expected {name: {setting: value}}"),
     (lambda w: chasles.monte_carlo("hallway", {"a": 5}, runs=1), "monte_carlo: filters: 'a': found 5"),
     (lambda w: chasles.evaluate(w.truth, w.truth, chart="x"), "chart: found 'x', expected one of standard, left-se3"),
+    (lambda w: chasles.evaluate(w.truth, w.truth, truth_errors=True), "truth_errors: found True, expected 'auto' or 'none'"),
     (lambda w: chasles.evaluate("a", w.truth), "estimate: found 'a'; expected a Run, or a dictionary of columns"),
     (lambda w: chasles.evaluate({**w.truth, "position": "a"}, w.truth), "estimate: position: found 'a', expected numbers"),
     (lambda w: chasles.run(w).errors([1, 2]), "truth: found [1, 2]; expected a Run, or a dictionary of columns"),

@@ -93,6 +93,7 @@ void add(const BatchReport& more, BatchReport& sum) {
   }
   sum.costs.insert(sum.costs.end(), more.costs.begin(), more.costs.end());
   sum.decrease_left = std::max(sum.decrease_left, more.decrease_left);
+  sum.covariance_factor = std::max(sum.covariance_factor, more.covariance_factor);
   sum.converged = sum.converged && more.converged;
   sum.stalled = sum.stalled || more.stalled;
   for (const std::string& name : more.unobservable) {

@@ -15,6 +15,7 @@ nlohmann::ordered_json one_batch_json(const BatchReport& r) {
           {"initial_cost", r.initial_cost},
           {"final_cost", r.final_cost},
           {"cost_per_dof", r.cost_per_dof},
+          {"covariance_factor", r.covariance_factor},
           {"solver", name_of(r.solver)},
           {"keyframes", r.keyframes},
           {"landmarks", r.landmarks},
@@ -27,6 +28,14 @@ nlohmann::ordered_json one_batch_json(const BatchReport& r) {
           {"observations_outlying", r.outliers},
           {"dropped_frames", r.dropped_frames},
           {"unobservable", r.unobservable}};
+}
+
+void append_factor(double factor, std::vector<std::string>& remarks) {
+  if (factor == 1) return;
+  remarks.push_back(
+      fmt::format("the covariances are {:.2g} times those of independent pixel noise "
+                  "(batch.covariance_factor; docs/covariance.md)",
+                  factor));
 }
 
 }  // namespace
@@ -48,7 +57,8 @@ nlohmann::ordered_json window_json(const WindowReport& r) {
           {"dropped_frames", r.dropped_frames},
           {"steps", r.steps},
           {"steps_refused", r.steps_rejected},
-          {"frames_not_converged", r.frames_not_converged}};
+          {"frames_not_converged", r.frames_not_converged},
+          {"covariance_factor", r.covariance_factor}};
 }
 
 void append_timing(const WindowReport& r, nlohmann::ordered_json& timing) {
@@ -89,10 +99,15 @@ void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
         "explains. Possible causes: a wrong minimum, or wrong noise or calibration",
         r.cost_per_dof));
   }
+  append_factor(r.covariance_factor, remarks);
   for (const std::string& name : r.unobservable) {
     remarks.push_back("neither pixels nor IMU determine " + name +
                       " at the start: it keeps its initial value");
   }
+}
+
+void append_remarks(const WindowReport& r, std::vector<std::string>& remarks) {
+  append_factor(r.covariance_factor, remarks);
 }
 
 }  // namespace chasles

@@ -21,7 +21,8 @@ nlohmann::ordered_json window_json(const WindowReport& report);
 void append_timing(const BatchReport& report, nlohmann::ordered_json& timing);
 void append_timing(const WindowReport& report, nlohmann::ordered_json& timing);
 
-/// Adds a remark for each problem of the batch solution.
+/// Adds a remark for each problem of the solution, and for covariances that were widened.
 void append_remarks(const BatchReport& report, std::vector<std::string>& remarks);
+void append_remarks(const WindowReport& report, std::vector<std::string>& remarks);
 
 }  // namespace chasles

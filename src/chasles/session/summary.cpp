@@ -156,6 +156,7 @@ void append_run_remarks(const RunReport& report, std::vector<std::string>& remar
         left_out, own.imu.zero, own.imu.spikes, own.imu.frozen));
   }
   if (own.batch) append_remarks(*own.batch, remarks);
+  if (own.window) append_remarks(*own.window, remarks);
   if (own.resets > 0 && own.window) {
     remarks.push_back(
         fmt::format("the IMU has no samples for more than 0.5 s in {} places: the window ended "

@@ -9,6 +9,7 @@
 #include <chasles/smooth/batch/batch_terms_detail.hpp>
 #include <chasles/smooth/batch/observability.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
+#include <chasles/smooth/terms/residual_walk.hpp>
 
 namespace chasles {
 namespace {
@@ -28,6 +29,33 @@ void check_well_posed(const InertialBatchResult& result) {
   check.end("neither pixels nor IMU determine " + text + " at the start",
             "move with turns and changing speed past points near enough to show parallax, use two "
             "cameras, or state a better start");
+}
+
+ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
+  const std::vector<Eigen::VectorXd> residuals = problem.whitened_residuals();
+  const auto time_of = [&](const PointView& view) {
+    return graph.keyframes[static_cast<std::size_t>(view.keyframe)].time;
+  };
+  ResidualWalk walk;
+  std::size_t first = 0;  // residual of the point
+  for (const BatchPoint& point : graph.points) {
+    const std::vector<PointView>& views = point.views;
+    for (std::size_t a = 0; a < views.size(); ++a) {
+      const std::size_t b = next_view(views, a);
+      const std::size_t c = b < views.size() ? next_view(views, b) : b;
+      if (c >= views.size()) continue;
+      walk.add(residuals[first + a], residuals[first + b], residuals[first + c],
+               to_seconds(time_of(views[c]) - time_of(views[a])));
+    }
+    first += views.size();
+  }
+  return walk;
+}
+
+void widen(double factor, InertialBatchResult& result) {
+  result.report.covariance_factor = factor;
+  for (Estimate& e : result.estimates) e.covariance *= factor;
+  for (MapLandmark& l : result.landmarks) l.covariance *= factor;
 }
 
 }  // namespace
@@ -68,6 +96,7 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
+  widen(settings.covariance_factor.value_or(walk_of(*problem, graph).covariance_factor()), result);
   result.terms.push_back(
       std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;

@@ -71,6 +71,8 @@ struct BatchReport {
   /// The search ended by its tolerance, but not at a minimum: steps failed until they were too
   /// short to change the cost.
   bool stalled = false;
+  double covariance_factor =
+      1;            ///< of all covariances (ResidualWalk); of several parts the largest
   std::string end;  ///< why it ended, in Ceres's words
   int parts = 1;    ///< that were estimated separately, and those of them that failed
   int parts_failed = 0;
@@ -116,7 +118,8 @@ struct InertialBatchResult {
 /// coordinates of the error chart. The minimum is the same in all charts. One thread; the same
 /// bytes on every run.
 ///
-/// The covariance of every keyframe is that of the problem linearised at the minimum.
+/// The covariance of every keyframe is that of the problem linearised at the minimum, times
+/// BatchReport::covariance_factor.
 ///
 /// Recovered and counted: see BatchReport. Throws InputError for insufficient data: fewer than two
 /// frames, no landmark that is observed twice, no samples, a gap between samples longer than half a

@@ -43,6 +43,7 @@ struct BatchSettings {
   std::optional<double> loss_width = {};
   std::optional<double> gate = {};
   int max_rejections = 5;
+  std::optional<double> covariance_factor = {};
   BatchSolver solver = BatchSolver::kAuto;
   int max_iterations = 100;
   double tolerance = 1e-8;
@@ -85,6 +86,11 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("max_rejections", s.max_rejections, "count",
         "a landmark that the gate rejects in so many keyframes in a row is split when its pixels "
         "agree again (visual-inertial batch only)",
+        limits::kPositive);
+  visit("covariance_factor", s.covariance_factor, "1",
+        "factor of the covariances of a visual-inertial batch or window; auto: 1 + 20 s times the "
+        "variance per second by which residuals walk along a track, in variances of a pixel "
+        "(docs/covariance.md)",
         limits::kPositive);
   visit("solver", s.solver, "choice",
         "linear solver: landmarks first, or the ordering with the least fill (auto, except for few "

@@ -49,16 +49,23 @@ void ProblemBlocks::add_view(ceres::CostFunction* cost, ceres::LossFunction* los
   views_.push_back(problem_->AddResidualBlock(cost, loss, of));
 }
 
-std::vector<double> ProblemBlocks::whitened_norms() const {
-  std::vector<double> all;
+std::vector<Eigen::VectorXd> ProblemBlocks::whitened_residuals() const {
+  std::vector<Eigen::VectorXd> all;
   all.reserve(views_.size());
   for (const ceres::ResidualBlockId id : views_) {
-    Eigen::Vector4d residual = Eigen::Vector4d::Zero();  // of two rows or more
+    Eigen::VectorXd& residual =
+        all.emplace_back(problem_->GetCostFunctionForResidualBlock(id)->num_residuals());
     double cost = 0;
     problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual.data(),
                                                                nullptr);
-    all.push_back(residual.norm());
   }
+  return all;
+}
+
+std::vector<double> ProblemBlocks::whitened_norms() const {
+  std::vector<double> all;
+  all.reserve(views_.size());
+  for (const Eigen::VectorXd& residual : whitened_residuals()) all.push_back(residual.norm());
   return all;
 }
 

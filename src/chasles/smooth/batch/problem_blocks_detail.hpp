@@ -50,8 +50,9 @@ class ProblemBlocks {
     return keyframe_row(sizes_.keyframes) + 3 * static_cast<int>(i);
   }
 
-  /// For every view, in the order of points and their views: the length of its whitened residual at
-  /// the present values.
+  /// For every view, in the order of points and their views: its whitened residual at the present
+  /// values, and the length of it.
+  std::vector<Eigen::VectorXd> whitened_residuals() const;
   std::vector<double> whitened_norms() const;
 
  protected:

@@ -217,7 +217,9 @@ Estimate InertialWindow::Implementation::estimate(Time time,
   e.world_T_imu = state.world_T_imu;
   e.v_world = state.v_world;
   e.additive = state.biases();
-  e.covariance = sliding.newest_covariance();
+  report.covariance_factor =
+      settings.covariance_factor.value_or(sliding.walk().covariance_factor());
+  e.covariance = report.covariance_factor * sliding.newest_covariance();
   for (const auto& [number, point] : window.points) {
     e.used += static_cast<int>(std::ranges::count_if(
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));
@@ -260,7 +262,11 @@ std::vector<Estimate> InertialWindow::finish() {
 
 bool InertialWindow::waiting() const { return !of_->waiting.empty(); }
 
-std::vector<MapLandmark> InertialWindow::map() const { return of_->sliding.map(); }
+std::vector<MapLandmark> InertialWindow::map() const {
+  std::vector<MapLandmark> map = of_->sliding.map();
+  for (MapLandmark& l : map) l.covariance *= of_->report.covariance_factor;
+  return map;
+}
 
 std::vector<LandmarkId> InertialWindow::in_window() const {
   std::vector<LandmarkId> ids;

@@ -194,6 +194,9 @@ struct Culled {
 };
 Culled cull(Window& window, double gate);
 
+/// The whitened residual of a view at the present values.
+Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const WindowView& view);
+
 /// The covariance of the newest keyframe's errors, reference chart; NaN without a factor.
 Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor);
 

@@ -184,6 +184,19 @@ PointLinear linearise(const Window& window, const WindowPoint& point, std::optio
   return linear;
 }
 
+Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const WindowView& view) {
+  const bool anchored = window.anchored, own = anchored && view.keyframe == point.anchor;
+  const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
+  std::array<const double*, 3> x{};
+  std::size_t n = 0;
+  if (!own) x[n++] = window.keyframe(view.keyframe).motion.data();
+  if (anchored && !own) x[n++] = window.keyframe(point.anchor).motion.data();
+  x[n] = point.parameters.data();
+  Eigen::VectorXd result(cost.num_residuals());
+  cost.Evaluate(x.data(), result.data(), nullptr);
+  return result;
+}
+
 double evaluate(Window& window) {
   double cost = prior_cost(window);
   for (ChainTerm& term : window.terms) {

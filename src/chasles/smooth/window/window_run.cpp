@@ -7,7 +7,6 @@
 #include <chasles/smooth/window/window_run_detail.hpp>
 
 namespace chasles::smooth_detail {
-
 SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
                              const BlockSizes& sizes)
     : keyframes_(keyframes), settings_(settings) {
@@ -49,8 +48,28 @@ bool SlidingWindow::make_room() {
   for (const int number : ending_points(window, until)) {
     if (const auto landmark = map_landmark(window, factor_, number)) left_.push_back(*landmark);
   }
+  note_walk(until);
   while (window.first <= until) marginalise_oldest(window);
   return true;
+}
+
+// Of the landmarks that this keyframe and two later ones have observed; every triple of views is
+// noted once, when its first keyframe leaves.
+void SlidingWindow::note_walk(int keyframe) {
+  if (!window.sizes.velocity) return;  // the walk of stereo tracks is part of their noise
+  for (const auto& [number, point] : window.points) {
+    const std::vector<WindowView>& views = point.views;
+    for (std::size_t a = 0; a < views.size(); ++a) {
+      if (views[a].keyframe != keyframe) continue;
+      const std::size_t b = next_view(views, a);
+      const std::size_t c = b < views.size() ? next_view(views, b) : b;
+      if (c >= views.size()) continue;
+      const Time duration =
+          window.keyframe(views[c].keyframe).time - window.keyframe(keyframe).time;
+      walk_.add(residual(window, point, views[a]), residual(window, point, views[b]),
+                residual(window, point, views[c]), to_seconds(duration));
+    }
+  }
 }
 
 void SlidingWindow::refresh() {
@@ -100,6 +119,7 @@ void add(const WindowReport& more, WindowReport& sum) {
         &WindowReport::steps, &WindowReport::steps_rejected, &WindowReport::frames_not_converged}) {
     sum.*count += more.*count;
   }
+  sum.covariance_factor = std::max(sum.covariance_factor, more.covariance_factor);
   add(more.imu, sum.imu);
   sum.seconds += more.seconds;
 }

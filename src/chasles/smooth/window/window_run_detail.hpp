@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chasles/smooth/terms/residual_walk.hpp>
 #include <chasles/smooth/window/window.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
@@ -43,12 +44,17 @@ class SlidingWindow {
   std::vector<MapLandmark> map();
   int map_size() const { return static_cast<int>(left_.size() + window.points.size()); }
 
+  /// Of the residuals of the keyframes that have left.
+  const ResidualWalk& walk() const { return walk_; }
+
  private:
+  void note_walk(int keyframe);
   void refresh();  // makes linear parts and factor current
 
   int keyframes_;
   BatchSettings settings_;
   WindowFactor factor_;
+  ResidualWalk walk_;
   std::vector<MapLandmark> left_;
   int next_point_ = 0;
 };
