@@ -37,6 +37,36 @@ TEST(RunBatch, WritesTheFilesOfARunTheSameEveryTime) {
             Json::parse(filter.out).at("ate_posyaw_m").get<double>());
 }
 
+TEST(RunBatch, AndAWindowStateTheFactorOfTheirCovariances) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  for (const std::string estimator : {"batch", "window:5"}) {
+    const std::string key = estimator.substr(0, estimator.find(':'));
+    const auto run_with = [&](const std::string& factor) {
+      const Outcome run =
+          chasles(folder, "run rec --begin truth --json --quiet --estimator " + estimator +
+                              " --set batch.covariance_factor=" + factor + " -o " + key + factor);
+      EXPECT_EQ(run.code, 0) << run.err;
+      return Json::parse(run.out);
+    };
+    const Json one = run_with("1"), four = run_with("4"), half = run_with("0.5");
+    EXPECT_EQ(one.at("remarks").dump().find("covariance_factor"), std::string::npos);
+    EXPECT_NE(four.at("remarks").dump().find("batch.covariance_factor"), std::string::npos);
+    EXPECT_EQ(four.at(key).at("covariance_factor"), 4);
+    EXPECT_EQ(half.at(key).at("covariance_factor"), 0.5);
+    EXPECT_EQ(four.at("ate_m"), one.at("ate_m"));
+    const chasles::Run narrow = read_run(folder / (key + "1")),
+                       wide = read_run(folder / (key + "4"));
+    ASSERT_EQ(narrow.states.size(), wide.states.size());
+    EXPECT_TRUE(wide.states.back().pose_covariance.isApprox(
+        4 * narrow.states.back().pose_covariance, 1e-6));
+  }
+  const Outcome wrong =
+      chasles(folder, "run rec --estimator batch --quiet --set batch.covariance_factor=0");
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find("batch.covariance_factor"), std::string::npos) << wrong.err;
+}
+
 TEST(RunBatch, TakesItsSettingsAndRejectsOthers) {
   const Scratch folder;
   simulate_turntable(folder);

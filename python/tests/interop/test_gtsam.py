@@ -9,7 +9,7 @@ import chasles
 from chasles.interop import batch_problem, gtsam_graph
 
 # Plain least squares, to the last digit.
-PLAIN = {"loss": "none", "gate": 0, "tolerance": 1e-13}
+PLAIN = {"loss": "none", "gate": 0, "tolerance": 1e-13, "covariance_factor": 1}
 
 
 def flight(batch=PLAIN, **scene):
@@ -110,6 +110,13 @@ def test_the_prior_of_the_inverse_depths_moves_both_minima_alike():
     problem = batch_problem(run)
     assert problem["inverse_depth_cost"] > 0.02 * problem["cost"]
     check_same(run, 1e-8, 1e-4)
+
+
+def test_the_factor_of_the_covariance_is_not_in_the_graph(plain):
+    wide = flight({**PLAIN, "covariance_factor": 4})
+    assert np.allclose(wide.states["pose_covariance"], 4 * plain.states["pose_covariance"], rtol=1e-12)
+    assert wide.summary["batch"]["covariance_factor"] == 4
+    assert batch_problem(wide)["cost"] == batch_problem(plain)["cost"]
 
 
 def test_cauchys_loss():

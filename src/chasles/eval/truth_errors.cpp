@@ -101,7 +101,7 @@ TruthErrors estimate_truth_errors(const Trajectory& estimate, const Trajectory& 
   const TruthErrorFit fit = fit_truth_errors(thinned(model, rows), of_rows, options.priors);
   TruthErrors result{.value = fit.value,
                      .covariance = fit.robust_covariance,
-                     .covariance_factor = std::sqrt(fit.variance_factor),
+                     .sigma_factor = std::sqrt(fit.variance_factor),
                      .correlation = fit.correlation,
                      .nees = {},
                      .rigid = {}};

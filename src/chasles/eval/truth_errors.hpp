@@ -52,9 +52,9 @@ struct TruthErrors {
   Matrix7d covariance = Matrix7d::Zero();
   /// Heading error of the first pose, by which NEES turns the truth [rad], and its sigma.
   double first_heading = 0, first_heading_sigma = 0;
-  double covariance_factor = 1;  ///< on the estimate's sigmas, by which its errors are explained
-  double correlation = 0;        ///< time in which the estimate's errors decorrelate [s]
-  Nees nees;                     ///< with the constants removed, and marginalised
+  double sigma_factor = 1;  ///< on the estimate's sigmas, by which its errors are explained
+  double correlation = 0;   ///< time in which the estimate's errors decorrelate [s]
+  Nees nees;                ///< with the constants removed, and marginalised
   /// The part of the degrees of freedom that the constants took, of position, attitude and pose.
   std::array<double, 3> fitted_share{};
   AbsoluteError rigid;  ///< after SE(3) alignment, with the constants removed

@@ -91,6 +91,8 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
     if (!rendered && !settings.batch.loss_width) settings.batch.loss_width = kSmoothedLoss;
     if (!rendered && !settings.batch.gate) settings.batch.gate = kSmoothedGate;
   }
+  // The noise of rendered tracks stands for their walk: batch and window are consistent with it.
+  if (rendered && !settings.batch.covariance_factor) settings.batch.covariance_factor = 1;
   if (!filter.guessed_depth_observations) filter.guessed_depth_observations = kGuessedDepth;
   if (!filter.imu_noise_scale) filter.imu_noise_scale = noise.exact ? 1 : kImuInUse;
   if (!filter.vibration_noise) filter.vibration_noise = noise.exact ? 0 : 1;

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -30,12 +32,12 @@ nlohmann::ordered_json one_batch_json(const BatchReport& r) {
           {"unobservable", r.unobservable}};
 }
 
-void append_factor(double factor, std::vector<std::string>& remarks) {
-  if (factor == 1) return;
+void append_factor(double factor, const char* which, std::vector<std::string>& remarks) {
+  if (std::abs(factor - 1) < 0.005) return;
   remarks.push_back(
-      fmt::format("the covariances are {:.2g} times those of independent pixel noise "
-                  "(batch.covariance_factor; docs/covariance.md)",
-                  factor));
+      fmt::format("{} {:.2f} times those of independent pixel noise (batch.covariance_factor; "
+                  "docs/covariance.md)",
+                  which, factor));
 }
 
 }  // namespace
@@ -99,7 +101,7 @@ void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
         "explains. Possible causes: a wrong minimum, or wrong noise or calibration",
         r.cost_per_dof));
   }
-  append_factor(r.covariance_factor, remarks);
+  append_factor(r.covariance_factor, "the covariances are", remarks);
   for (const std::string& name : r.unobservable) {
     remarks.push_back("neither pixels nor IMU determine " + name +
                       " at the start: it keeps its initial value");
@@ -107,7 +109,7 @@ void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
 }
 
 void append_remarks(const WindowReport& r, std::vector<std::string>& remarks) {
-  append_factor(r.covariance_factor, remarks);
+  append_factor(r.covariance_factor, "the last covariances are", remarks);
 }
 
 }  // namespace chasles

@@ -49,7 +49,7 @@ Json truth_errors_json(const TruthErrors& errors) {
           {"nees_pose", nees_json(errors.nees.pose_summary, errors.fitted_share[2])},
           {"ate_m", number(errors.rigid.position_m.rmse)},
           {"attitude_deg", number(errors.rigid.attitude_deg.rmse)},
-          {"covariance_factor", errors.covariance_factor},
+          {"sigma_factor", errors.sigma_factor},
           {"correlation_s", errors.correlation}};
 }
 

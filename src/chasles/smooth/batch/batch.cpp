@@ -41,6 +41,7 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   for (const BatchPoint& point : graph.points) {
     const std::vector<PointView>& views = point.views;
     for (std::size_t a = 0; a < views.size(); ++a) {
+      if (views[a].camera != kWalkCamera) continue;
       const std::size_t b = next_view(views, a);
       const std::size_t c = b < views.size() ? next_view(views, b) : b;
       if (c >= views.size()) continue;
@@ -96,7 +97,9 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
-  widen(settings.covariance_factor.value_or(walk_of(*problem, graph).covariance_factor()), result);
+  widen(settings.covariance_factor ? *settings.covariance_factor
+                                   : walk_of(*problem, graph).covariance_factor(),
+        result);
   result.terms.push_back(
       std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;

@@ -88,8 +88,8 @@ void for_each_setting(S& s, Visitor&& visit) {
         "agree again (visual-inertial batch only)",
         limits::kPositive);
   visit("covariance_factor", s.covariance_factor, "1",
-        "factor of the covariances of a visual-inertial batch or window; auto: 1 + 20 s times the "
-        "variance per second by which residuals walk along a track, in variances of a pixel "
+        "factor of the covariances of a visual-inertial batch or window; auto: measured from the "
+        "walk of the residuals along the tracks, at least 1; 1 with rendered images "
         "(docs/covariance.md)",
         limits::kPositive);
   visit("solver", s.solver, "choice",

@@ -19,6 +19,7 @@ BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kCartesian) {
   settings.loss = BatchLoss::kNone;
   settings.tolerance = 1e-15;
   settings.max_iterations = 200;
+  settings.covariance_factor = 1;
   return settings;
 }
 
@@ -354,6 +355,49 @@ TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
   EXPECT_LT(stars, 18);
   EXPECT_LT(motion_error(scene.truth.back().state, result.estimates.back()).segment<3>(3).norm(),
             0.1);
+}
+
+TEST(BatchCovariance, IsThatOfIndependentErrorsTimesTheFactor) {
+  for (const int cameras : {1, 2}) {
+    test::SmallScene scene = test::small_scene({.frames = 24, .cameras = cameras, .noise = 0.1});
+    test::let_walk(scene, 1);
+    BatchSettings settings = exact(LandmarkForm::kInverseDepth);
+    settings.gate = 0;
+    const InertialBatchResult plain = smooth(scene.input, "standard", settings);
+    EXPECT_EQ(plain.report.covariance_factor, 1);
+    for (const std::optional<double> stated :
+         {std::optional<double>(), std::optional(3.0), std::optional(0.5)}) {
+      settings.covariance_factor = stated;
+      const InertialBatchResult wide = smooth(scene.input, "standard", settings);
+      const double factor = wide.report.covariance_factor;
+      if (stated) {
+        EXPECT_EQ(factor, *stated);
+      } else {
+        EXPECT_GT(factor, 2);
+      }
+      ASSERT_EQ(wide.estimates.size(), plain.estimates.size());
+      for (std::size_t k = 0; k < plain.estimates.size(); ++k) {
+        EXPECT_EQ(wide.estimates[k].world_T_imu.p, plain.estimates[k].world_T_imu.p);
+        EXPECT_TRUE(
+            wide.estimates[k].covariance.isApprox(factor * plain.estimates[k].covariance, 1e-14));
+      }
+      ASSERT_EQ(wide.landmarks.size(), plain.landmarks.size());
+      for (std::size_t i = 0; i < plain.landmarks.size(); ++i) {
+        EXPECT_TRUE(
+            wide.landmarks[i].covariance.isApprox(factor * plain.landmarks[i].covariance, 1e-14));
+      }
+      EXPECT_EQ(wide.report.unobservable, plain.report.unobservable);
+    }
+  }
+}
+
+TEST(BatchCovariance, WhiteNoiseDoesNotWidenIt) {
+  int widened = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const test::SmallScene scene = test::small_scene({.frames = 24, .cameras = 2, .seed = seed});
+    widened += smooth(scene.input, "standard", {}).report.covariance_factor > 1 ? 1 : 0;
+  }
+  EXPECT_LE(widened, 1);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ inline BatchSettings exact_settings(LandmarkForm landmarks) {
   settings.landmarks = landmarks;
   settings.loss = BatchLoss::kNone;
   settings.gate = 0;
+  settings.covariance_factor = 1;
   settings.tolerance = 1e-15;
   settings.max_iterations = settings.window_steps = 200;
   return settings;

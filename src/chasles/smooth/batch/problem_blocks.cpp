@@ -49,23 +49,26 @@ void ProblemBlocks::add_view(ceres::CostFunction* cost, ceres::LossFunction* los
   views_.push_back(problem_->AddResidualBlock(cost, loss, of));
 }
 
+Eigen::VectorXd ProblemBlocks::whitened_residual(std::size_t view) const {
+  const ceres::ResidualBlockId id = views_[view];
+  Eigen::VectorXd residual(problem_->GetCostFunctionForResidualBlock(id)->num_residuals());
+  double cost = 0;
+  problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual.data(),
+                                                             nullptr);
+  return residual;
+}
+
 std::vector<Eigen::VectorXd> ProblemBlocks::whitened_residuals() const {
   std::vector<Eigen::VectorXd> all;
   all.reserve(views_.size());
-  for (const ceres::ResidualBlockId id : views_) {
-    Eigen::VectorXd& residual =
-        all.emplace_back(problem_->GetCostFunctionForResidualBlock(id)->num_residuals());
-    double cost = 0;
-    problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual.data(),
-                                                               nullptr);
-  }
+  for (std::size_t i = 0; i < views_.size(); ++i) all.push_back(whitened_residual(i));
   return all;
 }
 
 std::vector<double> ProblemBlocks::whitened_norms() const {
   std::vector<double> all;
   all.reserve(views_.size());
-  for (const Eigen::VectorXd& residual : whitened_residuals()) all.push_back(residual.norm());
+  for (std::size_t i = 0; i < views_.size(); ++i) all.push_back(whitened_residual(i).norm());
   return all;
 }
 

@@ -65,6 +65,7 @@ class ProblemBlocks {
                 const std::vector<double*>& of);
 
  private:
+  Eigen::VectorXd whitened_residual(std::size_t view) const;
   std::size_t stride() const { return static_cast<std::size_t>(sizes_.motion() + sizes_.additive); }
 
   BlockSizes sizes_;

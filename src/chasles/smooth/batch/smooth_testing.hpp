@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -157,6 +158,23 @@ inline Eigen::Matrix<double, 15, 1> motion_error(const InertialState& truth, con
       truth.world_T_imu.p - m.world_T_imu.p, truth.v_world - *m.v_world,
       truth.accelerometer_bias - m.additive.head<3>(), truth.gyroscope_bias - m.additive.tail<3>();
   return e;
+}
+
+/// Adds a random walk to every track, of that many pixels per square root of a second.
+inline void let_walk(SmallScene& scene, double walk) {
+  Random random(11);
+  std::map<std::pair<LandmarkId, int>, Eigen::Vector2d> errors;
+  Time before = scene.input.frames.front().time;
+  for (FeatureFrame& frame : scene.input.frames) {
+    const double step = walk * std::sqrt(to_seconds(frame.time - before));
+    before = frame.time;
+    for (PixelObservation& o : frame.pixels) {
+      Eigen::Vector2d& error =
+          errors.try_emplace({o.landmark, o.camera}, Eigen::Vector2d::Zero()).first->second;
+      error += step * Eigen::Vector2d(random.normal_vector(2));
+      o.pixel += error;
+    }
+  }
 }
 
 }  // namespace chasles::test

@@ -25,6 +25,7 @@ void ResidualWalk::add(const Eigen::VectorXd& first, const Eigen::VectorXd& seco
   walk_ += walk;
   squares_ += walk * walk;
   seconds_ += seconds / 4;
+  ++count_;
 }
 
 double ResidualWalk::variance_rate() const {
@@ -32,6 +33,10 @@ double ResidualWalk::variance_rate() const {
   return std::max(walk_ - kSigmas * std::sqrt(kOverlap * squares_), 0.0) / seconds_;
 }
 
-double ResidualWalk::covariance_factor() const { return 1 + kWideningTime * variance_rate(); }
+double ResidualWalk::covariance_factor() const {
+  if (count_ == 0) return 1;
+  const double step = 2 * seconds_ / count_;
+  return 1 + kWideningSquare * variance_rate() / step;
+}
 
 }  // namespace chasles

@@ -15,7 +15,7 @@ namespace chasles {
 ///
 ///   E[|c - a|^2 / 2 - (|b - a|^2 + |c - b|^2) / 4] = w (h1 + h2) / 4    per axis,
 ///
-/// so white noise does not count.
+/// so white noise of one variance does not count.
 class ResidualWalk {
  public:
   /// Consecutive residuals of one landmark in one camera, of the same number of rows, in standard
@@ -28,18 +28,25 @@ class ResidualWalk {
   /// estimate minus two of its sigmas, at least 0.
   double variance_rate() const;
 
-  /// By what a covariance under the assumption of independent errors is too small, at least 1:
-  /// 1 + kWideningTime variance_rate().
+  /// By what a covariance under the assumption of independent errors is too small, at least 1. A
+  /// constant that is estimated from views h seconds apart over D seconds has the variance h / D,
+  /// and w D / 3 if the errors walk: 1 + w D^2 / (3 h). D^2 / 3 is kWideningSquare.
   double covariance_factor() const;
 
  private:
   double walk_ = 0;     // sum of w (h1 + h2) / 4
   double squares_ = 0;  // of its terms
   double seconds_ = 0;  // sum of (h1 + h2) / 4
+  int count_ = 0;
 };
 
-/// Chosen on EuRoC's runs from images; held-out flights and simulated walks: studies/noise.md [s].
-inline constexpr double kWideningTime = 20;
+/// As of tracks of 1.7 s. Chosen on EuRoC's runs from images; held-out flights and simulated walks:
+/// studies/noise.md [s^2].
+inline constexpr double kWideningSquare = 1;
+
+/// The views of tracks that ResidualWalk takes: those of the first camera. What other cameras see
+/// of its landmarks are matches, whose noise differs from view to view (TrackNoise).
+inline constexpr int kWalkCamera = 0;
 
 /// The next of these views, which have a `camera`, by the camera of view `after`; their number if
 /// there is none.

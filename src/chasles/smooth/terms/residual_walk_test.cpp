@@ -46,8 +46,38 @@ TEST(ResidualWalk, WhiteNoiseDoesNotWiden) {
 
 TEST(ResidualWalk, WidensByTheRate) {
   const ResidualWalk walk = tracks(0, 0.3, 4);
-  EXPECT_DOUBLE_EQ(walk.covariance_factor(), 1 + kWideningTime * walk.variance_rate());
+  EXPECT_NEAR(walk.covariance_factor(), 1 + kWideningSquare * walk.variance_rate() / 0.05, 1e-9);
   EXPECT_EQ(ResidualWalk().covariance_factor(), 1);
+}
+
+// Half as many views have half of the information that the walk takes away.
+TEST(ResidualWalk, WidensLessWithFewerViews) {
+  ResidualWalk rare;
+  std::mt19937 random(6);
+  std::normal_distribution<double> normal;
+  for (int track = 0; track < 4000; ++track) {
+    std::vector<Eigen::VectorXd> residuals;
+    Eigen::Vector2d at = Eigen::Vector2d::Zero();
+    for (int i = 0; i < 10; ++i) {
+      at += 0.3 * std::sqrt(0.1) * Eigen::Vector2d(normal(random), normal(random));
+      residuals.emplace_back(at);
+    }
+    for (std::size_t i = 2; i < residuals.size(); ++i) {
+      rare.add(residuals[i - 2], residuals[i - 1], residuals[i], 0.2);
+    }
+  }
+  EXPECT_NEAR((tracks(0, 0.3, 6).covariance_factor() - 1) / (rare.covariance_factor() - 1), 2,
+              0.15);
+}
+
+TEST(ResidualWalk, NextViewIsOfTheSameCamera) {
+  struct View {
+    int camera;
+  };
+  const std::vector<View> views = {{0}, {1}, {1}, {0}};
+  EXPECT_EQ(next_view(views, 0), 3u);
+  EXPECT_EQ(next_view(views, 1), 2u);
+  EXPECT_EQ(next_view(views, 2), 4u);
 }
 
 TEST(ResidualWalk, LeavesOutWhatIsNoTrack) {

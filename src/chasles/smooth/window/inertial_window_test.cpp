@@ -218,5 +218,33 @@ TEST(InertialWindowRun, RejectsWhatItCannotUse) {
   rejected("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
 }
 
+TEST(InertialWindowRun, WidensByTheWalkOfTheKeyframesThatHaveLeft) {
+  test::SmallScene scene = test::small_scene({.frames = 30, .noise = 0.1});
+  test::let_walk(scene, 1);
+  BatchSettings settings = exact_window();
+  const InertialWindowResult plain = slide(scene.input, "right-sen3", settings, 6);
+  settings.covariance_factor.reset();
+  const InertialWindowResult wide = slide(scene.input, "right-sen3", settings, 6);
+  ASSERT_EQ(wide.estimates.size(), plain.estimates.size());
+  for (std::size_t k = 0; k < 6; ++k) {  // none has left
+    EXPECT_EQ(wide.estimates[k].covariance, plain.estimates[k].covariance);
+  }
+  const double factor = wide.report.covariance_factor;
+  EXPECT_GT(factor, 1.5);
+  EXPECT_TRUE(
+      wide.estimates.back().covariance.isApprox(factor * plain.estimates.back().covariance, 1e-14));
+  EXPECT_TRUE(wide.landmarks.front().covariance.isApprox(
+      factor * plain.landmarks.front().covariance, 1e-14));
+  // There are no three views of a landmark.
+  EXPECT_EQ(slide(scene.input, "right-sen3", settings, 2).report.covariance_factor, 1);
+}
+
+TEST(WindowReport, OfSeveralPartsHasTheFactorOfTheLast) {
+  WindowReport sum, part;
+  part.covariance_factor = 0.5;
+  add(part, sum);
+  EXPECT_EQ(sum.covariance_factor, 0.5);
+}
+
 }  // namespace
 }  // namespace chasles

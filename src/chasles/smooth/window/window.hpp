@@ -17,7 +17,7 @@ struct WindowReport {
   int landmarks = 0;       ///< initialised ones
   int steps = 0, steps_rejected = 0;  ///< all steps, and those that did not lower the cost
   int frames_not_converged = 0;       ///< where the last step still lowered the cost
-  double covariance_factor = 1;       ///< of the last estimate's covariance (ResidualWalk)
+  double covariance_factor = 1;       ///< of the last covariance (ResidualWalk)
   ImuBuffer::Counts imu;
   double seconds = 0;  ///< processor time [s]; differs from run to run
 };

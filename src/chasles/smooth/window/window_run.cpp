@@ -7,6 +7,7 @@
 #include <chasles/smooth/window/window_run_detail.hpp>
 
 namespace chasles::smooth_detail {
+
 SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
                              const BlockSizes& sizes)
     : keyframes_(keyframes), settings_(settings) {
@@ -56,11 +57,12 @@ bool SlidingWindow::make_room() {
 // Of the landmarks that this keyframe and two later ones have observed; every triple of views is
 // noted once, when its first keyframe leaves.
 void SlidingWindow::note_walk(int keyframe) {
-  if (!window.sizes.velocity) return;  // the walk of stereo tracks is part of their noise
+  // The walk of stereo tracks is part of their noise.
+  if (!window.sizes.velocity || settings_.covariance_factor) return;
   for (const auto& [number, point] : window.points) {
     const std::vector<WindowView>& views = point.views;
     for (std::size_t a = 0; a < views.size(); ++a) {
-      if (views[a].keyframe != keyframe) continue;
+      if (views[a].keyframe != keyframe || views[a].camera != kWalkCamera) continue;
       const std::size_t b = next_view(views, a);
       const std::size_t c = b < views.size() ? next_view(views, b) : b;
       if (c >= views.size()) continue;
@@ -119,7 +121,7 @@ void add(const WindowReport& more, WindowReport& sum) {
         &WindowReport::steps, &WindowReport::steps_rejected, &WindowReport::frames_not_converged}) {
     sum.*count += more.*count;
   }
-  sum.covariance_factor = std::max(sum.covariance_factor, more.covariance_factor);
+  sum.covariance_factor = more.covariance_factor;
   add(more.imu, sum.imu);
   sum.seconds += more.seconds;
 }
