@@ -297,7 +297,7 @@ TEST_F(EurocFolder, AnImpossibleCalibrationIsRejected) {
       {"pinhole", "cubic", "'cubic' is a model that is not supported, expected a pinhole"},
       {"pinhole", "ds", "numbers: xi, alpha, fx, fy, cx, cy"},
       {"radial-tangential", "cubic", "'cubic' is a model that is not supported"},
-      {"[-0.28, 0.07, 1e-4, 2e-5]", "[-0.28, 0.07]", "4 coefficients"},
+      {"[-0.28, 0.07, 1e-4, 2e-5]", "[-0.28, 0.07]", "2 coefficients, expected 4"},
       {"sensor_type: camera", "sensor_type: lidar", "expected 'camera'"},
       {"T_BS:", "T_SB:", "T_BS"}};
   for (const auto& [from, to, part] : cases) {

@@ -55,11 +55,11 @@ double rate_of(const Times& times) {
 }
 
 std::string camera_text(const Camera& c, std::size_t number, double rate, bool exact) {
-  // EuRoC's files have a model always, and a name of their own for this one.
+  // EuRoC's files of a pinhole have a model always, and a name of their own for this one.
   KalibrLens lens = kalibr_lens(c);
-  const bool none = lens.distortion_model == "none";
-  if (none || lens.distortion_model == "radtan") lens.distortion_model = "radial-tangential";
-  if (none) lens.coefficients.assign(4, 0);
+  const bool zeros = lens.distortion_model == "none" && lens.camera_model == "pinhole";
+  if (zeros || lens.distortion_model == "radtan") lens.distortion_model = "radial-tangential";
+  if (zeros) lens.coefficients.assign(4, 0);
   return sensor_text("camera", fmt::format("camera {}", number), c.cam_T_imu.inverse()) +
          fmt::format(
              "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: {}\n"
