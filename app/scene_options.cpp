@@ -169,7 +169,17 @@ std::string inertial_scenes_help() {
 
 std::string inertial_settings_help() {
   InertialSettings defaults;
-  return help_text(list_of(defaults));
+  // A line for each lens model.
+  std::string lenses = "\nLens models, with the coefficients distortion_1, distortion_2, ...:\n  ";
+  for (const char c : lens_model_coefficients()) {
+    if (c != ' ' || !lenses.ends_with("),")) {
+      lenses += c;
+    } else {
+      lenses.back() = '\n';
+      lenses += "  ";
+    }
+  }
+  return help_text(list_of(defaults)) + lenses + "\n";
 }
 
 nlohmann::ordered_json settings_json(const InertialSettings& settings) {

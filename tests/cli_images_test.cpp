@@ -55,8 +55,9 @@ TEST(SimulateImages, RejectsWhatCannotBe) {
   expect_error(chasles(folder, "simulate walk --images -o mine"), 1, "is not empty");
   expect_error(chasles(folder, "simulate walk --images -o file"), 1, "cannot be made");
   expect_error(chasles(folder, "simulate walk --images -o x --cameras none"), 2, "none");
-  expect_error(chasles(folder, "simulate walk --images -o x --set distortion=fisheye"), 1,
-               "distortion: found 'fisheye', expected one of none, radtan, equidistant");
+  expect_error(
+      chasles(folder, "simulate walk --images -o x --set distortion=fisheye"), 1,
+      "distortion: found 'fisheye', expected one of none, radtan, equidistant, ds, eucm, omni");
   expect_error(chasles(folder, "simulate walk --images -o x --set exposure_time=0.5"), 1,
                "exposure_time = 0.5 s: expected at most");
   expect_error(chasles(folder, "simulate walk --images -o x --threads 0"), 1, "--threads");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -7,6 +8,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include <chasles/camera/lenses/lens_model.hpp>
 
 // Consistency of the pages: link targets and commands exist, and the example is the one that the
 // tests build (installed_package).
@@ -75,6 +78,24 @@ TEST(Docs, TheIndexNamesEveryPage) {
     const std::string name = entry.path().filename();
     if (entry.path().extension() != ".md" || name == "README.md") continue;
     EXPECT_NE(index.find("](" + name + ")"), std::string::npos) << "docs/README.md lacks " << name;
+  }
+}
+
+// The table of lens models is the list of the library.
+TEST(Docs, TheLensModelsAreThoseOfTheList) {
+  const std::string page = slurp(kRoot / "docs" / "calibration-conventions.md");
+  for (const LensModel& model : kLensModels) {
+    std::string others;
+    std::istringstream words{std::string(model.other_names)};
+    for (std::string word; words >> word;) others += (others.empty() ? "`" : ", `") + word + "`";
+    const auto cell = [](const std::string& text) {
+      return text.empty() ? " |" : " " + text + " |";
+    };
+    std::string names(model.coefficients);
+    names.append(static_cast<std::size_t>(std::ranges::count(names, '[')), ']');
+    const std::string row = "\n| `" + std::string(model.name) + "` |" + cell(others) + cell(names) +
+                            " " + std::string(model.title);
+    EXPECT_NE(page.find(row), std::string::npos) << row;
   }
 }
 

@@ -53,7 +53,7 @@ class Camera:
     """A camera of a rig: z forward, x right, y down."""
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = ...,
                  coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None:
-        """Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
+        """Intrinsics in pixels; distortion with coefficients: none, radtan (k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]), equidistant (k1 k2 k3 k4), ds (xi alpha), eucm (alpha beta), omni (xi [k1 k2 p1 p2]), fov (w), division (lambda), fisheye624 (k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3). cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
     @property
     def width(self) -> int:
         """[px]"""
@@ -74,10 +74,10 @@ class Camera:
         """Principal point [px]."""
     @property
     def distortion(self) -> str:
-        """none, radtan or equidistant."""
+        """The name of the lens model."""
     @property
     def coefficients(self) -> list[float]:
-        """Of the distortion, as Kalibr and OpenCV have them."""
+        """Of the lens model, in its order."""
     @property
     def cam_T_imu(self) -> Floats:
         """(4, 4): maps IMU coordinates to the camera's [m]."""

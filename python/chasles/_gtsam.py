@@ -204,7 +204,11 @@ def _lens(gtsam, camera):
         return gtsam.GenericProjectionFactorCal3_S2, gtsam.Cal3_S2(*pinhole)
     if camera.distortion == "equidistant":
         return gtsam.GenericProjectionFactorCal3Fisheye, gtsam.Cal3Fisheye(*pinhole, *camera.coefficients)
+    if camera.distortion != "radtan":
+        raise UsageError(f"gtsam_graph: found the lens model {camera.distortion}; expected none, radtan with k1, k2, p1 and p2, "
+                         "or equidistant, which gtsam has: calibrate with one of these")
     if len(camera.coefficients) > 4:
-        raise UsageError(f"gtsam_graph: found a radtan lens with k3 = {camera.coefficients[4]}; gtsam's Cal3DS2 has k1, k2, "
+        what = f"k3 = {camera.coefficients[4]}" if len(camera.coefficients) == 5 else f"{len(camera.coefficients)} coefficients"
+        raise UsageError(f"gtsam_graph: found a radtan lens with {what}; gtsam's Cal3DS2 has k1, k2, "
                          "p1 and p2: calibrate with these four, or with the equidistant model")
     return gtsam.GenericProjectionFactorCal3DS2, gtsam.Cal3DS2(*pinhole, *camera.coefficients)

@@ -513,16 +513,32 @@ class SceneSettings(TypedDict, total=False):
     """as camera_tilt_x [rad]; default 0"""
     camera_tilt_z: float
     """as camera_tilt_x [rad]; default 0"""
-    distortion: Literal['none', 'radtan', 'equidistant']
-    """of the lenses: none, radtan or equidistant; default none"""
+    distortion: Literal['none', 'radtan', 'equidistant', 'ds', 'eucm', 'omni', 'fov', 'division', 'fisheye624']
+    """of the lenses (docs/calibration-conventions.md); default none"""
     distortion_1: float
-    """k1 of radtan and of equidistant; default 0"""
+    """first coefficient of the lens model, in its order; default 0"""
     distortion_2: float
-    """k2 of radtan and of equidistant; default 0"""
+    """second coefficient of the lens model, in its order; default 0"""
     distortion_3: float
-    """p1 of radtan, k3 of equidistant; default 0"""
+    """third coefficient of the lens model, in its order; default 0"""
     distortion_4: float
-    """p2 of radtan, k4 of equidistant; default 0"""
+    """fourth coefficient of the lens model, in its order; default 0"""
+    distortion_5: float
+    """fifth coefficient of the lens model, in its order; default 0"""
+    distortion_6: float
+    """sixth coefficient of the lens model, in its order; default 0"""
+    distortion_7: float
+    """seventh coefficient of the lens model, in its order; default 0"""
+    distortion_8: float
+    """eighth coefficient of the lens model, in its order; default 0"""
+    distortion_9: float
+    """ninth coefficient of the lens model, in its order; default 0"""
+    distortion_10: float
+    """tenth coefficient of the lens model, in its order; default 0"""
+    distortion_11: float
+    """eleventh coefficient of the lens model, in its order; default 0"""
+    distortion_12: float
+    """twelfth coefficient of the lens model, in its order; default 0"""
     landmarks_in_view: int
     """tracks that are kept up at a time; default 35"""
     shortest_track: int

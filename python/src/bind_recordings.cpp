@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -152,15 +153,10 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
                    const Eigen::Matrix4d& cam_T_imu) {
   const auto model = choice_of<Distortion>(distortion);
   if (!model) {
-    throw py::value_error(fmt::format(
-        "Camera: distortion: found '{}', expected none, radtan or equidistant", distortion));
+    throw py::value_error(fmt::format("Camera: distortion: found '{}', expected one of {}",
+                                      distortion, fmt::join(kChoiceNames<Distortion>, ", ")));
   }
-  const std::size_t most = *model == Distortion::kNone ? 0 : *model == Distortion::kRadtan ? 5 : 4;
-  if (coefficients.size() > most || (coefficients.size() < 4 && most > 0)) {
-    throw py::value_error(fmt::format("Camera: coefficients: found {}, expected {} for {}",
-                                      coefficients.size(),
-                                      most == 5 ? "4 or 5" : std::to_string(most), distortion));
-  }
+  const std::string fault = coefficients_fault(*model, coefficients);
   const auto check = [](const char* name, double value, const char* expected, bool good) {
     if (good) return;
     throw py::value_error(
@@ -177,6 +173,7 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   for (const double k : coefficients) {
     check("coefficients", k, "finite numbers", std::isfinite(k));
   }
+  if (!fault.empty()) throw py::value_error("Camera: coefficients: " + fault);
   Camera camera;
   camera.width = width;
   camera.height = height;
@@ -185,10 +182,7 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   camera.cx = cx;
   camera.cy = cy;
   camera.distortion = *model;
-  for (std::size_t i = 0; i < coefficients.size() && i < 4; ++i) {
-    camera.coefficients[static_cast<Index>(i)] = coefficients[i];
-  }
-  if (coefficients.size() == 5) camera.radtan_k3 = coefficients[4];
+  camera.coefficients = LensCoefficients(without_padding(*model, coefficients));
   camera.cam_T_imu = pose_of(cam_T_imu, "Camera: cam_T_imu");
   return camera;
 }
@@ -211,7 +205,7 @@ ImuNoise make_noise(double accelerometer, double gyroscope, double accelerometer
 // For pickle and copy.
 py::tuple state_of(const Camera& c) {
   return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, static_cast<int>(c.distortion),
-                        Eigen::Vector4d(c.coefficients), c.radtan_k3,
+                        std::vector<double>(c.coefficients.begin(), c.coefficients.end()),
                         Eigen::Matrix3d(c.cam_T_imu.R), Eigen::Vector3d(c.cam_T_imu.p));
 }
 
@@ -223,10 +217,9 @@ Camera camera_of(const py::tuple& state) {
            .cx = state[4].cast<double>(),
            .cy = state[5].cast<double>(),
            .distortion = static_cast<Distortion>(state[6].cast<int>()),
-           .coefficients = state[7].cast<Eigen::Vector4d>(),
-           .cam_T_imu = {},
-           .radtan_k3 = state[8].cast<double>()};
-  c.cam_T_imu = {.R = state[9].cast<Eigen::Matrix3d>(), .p = state[10].cast<Eigen::Vector3d>()};
+           .coefficients = LensCoefficients(state[7].cast<std::vector<double>>()),
+           .cam_T_imu = {}};
+  c.cam_T_imu = {.R = state[8].cast<Eigen::Matrix3d>(), .p = state[9].cast<Eigen::Vector3d>()};
   return c;
 }
 
@@ -278,9 +271,9 @@ void bind_recordings(py::module_& m) {
            py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("distortion") = "none",
            py::arg("coefficients") = std::vector<double>{},
            py::arg("cam_T_imu") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
-           "Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to "
-           "k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the "
-           "camera's [m].")
+           ("Intrinsics in pixels; distortion with coefficients: " + lens_model_coefficients() +
+            ". cam_T_imu (4, 4) maps IMU coordinates to the camera's [m].")
+               .c_str())
       .def_readonly("width", &Camera::width, "[px]")
       .def_readonly("height", &Camera::height, "[px]")
       .def_readonly("fx", &Camera::fx, "Focal length [px].")
@@ -289,16 +282,13 @@ void bind_recordings(py::module_& m) {
       .def_readonly("cy", &Camera::cy, "Principal point [px].")
       .def_property_readonly(
           "distortion", [](const Camera& c) { return std::string(name_of(c.distortion)); },
-          "none, radtan or equidistant.")
+          "The name of the lens model.")
       .def_property_readonly(
           "coefficients",
           [](const Camera& c) {
-            std::vector<double> k(c.coefficients.begin(), c.coefficients.end());
-            if (c.distortion == Distortion::kNone) k.clear();
-            if (c.radtan_k3 != 0) k.push_back(c.radtan_k3);
-            return k;
+            return std::vector<double>(c.coefficients.begin(), c.coefficients.end());
           },
-          "Of the distortion, as Kalibr and OpenCV have them.")
+          "Of the lens model, in its order.")
       .def_property_readonly(
           "cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); },
           "(4, 4): maps IMU coordinates to the camera's [m].")

@@ -128,11 +128,14 @@ def test_landmarks_as_points():
 
 
 def test_a_lens_that_gtsam_does_not_have(plain, monkeypatch):
-    lens = chasles.Camera(640, 480, 400, 400, 320, 240, "radtan", [0.1, 0, 0, 0, 0.01])
-    problem = {**batch_problem(plain), "cameras": [lens]}
-    monkeypatch.setattr("chasles._gtsam.batch_problem", lambda run, part: problem)
-    with pytest.raises(chasles.UsageError, match="radtan lens with k3 = 0.01; gtsam's Cal3DS2"):
-        gtsam_graph(plain)
+    for model, coefficients, says in (("radtan", [0.1, 0, 0, 0, 0.01], "radtan lens with k3 = 0.01; gtsam's Cal3DS2"),
+                                      ("radtan", [0.1, 0, 0, 0, 0, 0.1, 0, 0], "radtan lens with 8 coefficients"),
+                                      ("ds", [-0.2, 0.6], "found the lens model ds; expected none, radtan")):
+        lens = chasles.Camera(640, 480, 400, 400, 320, 240, model, coefficients)
+        problem = {**batch_problem(plain), "cameras": [lens]}
+        monkeypatch.setattr("chasles._gtsam.batch_problem", lambda run, part: problem)
+        with pytest.raises(chasles.UsageError, match=says):
+            gtsam_graph(plain)
 
 
 @pytest.mark.parametrize("scene", [

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -15,35 +16,28 @@
 namespace chasles {
 namespace {
 
-bool all_zero(const std::vector<double>& values, std::size_t from) {
-  return std::all_of(values.begin() + static_cast<std::ptrdiff_t>(std::min(from, values.size())),
-                     values.end(), [](double value) { return value == 0; });
+bool all_zero(const std::vector<double>& values) {
+  return std::ranges::all_of(values, [](double value) { return value == 0; });
 }
 
-// plumb_bob has k1, k2, p1, p2, k3; rational_polynomial the same and k4, k5, k6. Without a name and
-// coefficients the images are without distortion.
-std::optional<Distortion> model_of(const RosCameraInfo& info) {
-  if (info.distortion_model == "rational_polynomial") return Distortion::kRadtan;
-  if (info.distortion_model.empty() && all_zero(info.D, 0)) return Distortion::kNone;
-  return distortion_named(info.distortion_model);
-}
-
+// Without a name and coefficients the images are without distortion, and so are those of a pinhole
+// with zeros.
 void read_lens(const RosCameraInfo& info, const std::string& where, Camera& camera) {
-  const auto model = model_of(info);
-  if (model && *model != Distortion::kEquidistant && all_zero(info.D, 0)) return;
-  const bool radtan = model == Distortion::kRadtan;
-  if ((!radtan && model != Distortion::kEquidistant) || info.D.size() < 4 ||
-      !all_zero(info.D, radtan ? 5 : 4)) {
+  const auto named = lens_model_named(info.distortion_model);
+  const bool pinhole = named == Distortion::kRadtan || named == Distortion::kNone;
+  if ((pinhole || info.distortion_model.empty()) && all_zero(info.D)) return;
+  const bool can_be = named && *named != Distortion::kNone;
+  const std::span<const double> stated =
+      can_be ? without_padding(*named, info.D) : std::span<const double>();
+  const std::string fault = can_be ? coefficients_fault(*named, stated) : expected_lenses();
+  if (!fault.empty()) {
     throw InputError(
-        fmt::format("{}: the distortion model is '{}' with D = [{}], expected plumb_bob with k1, "
-                    "k2, p1, p2, k3 and no further coefficient, equidistant with four, or "
-                    "rectified images: calibrate with one of these (Kalibr's files beside the bag "
-                    "have precedence)",
-                    where, info.distortion_model, fmt::join(info.D, ", ")));
+        fmt::format("{}: the distortion model is '{}' with D = [{}]: {}. Kalibr's files beside the "
+                    "bag have precedence",
+                    where, info.distortion_model, fmt::join(info.D, ", "), fault));
   }
-  camera.distortion = *model;
-  camera.coefficients = Eigen::Vector4d(info.D[0], info.D[1], info.D[2], info.D[3]);
-  if (radtan && info.D.size() > 4) camera.radtan_k3 = info.D[4];
+  camera.distortion = *named;
+  camera.coefficients = LensCoefficients(stated);
 }
 
 void check_finite_info(const RosCameraInfo& info, const std::string& where) {

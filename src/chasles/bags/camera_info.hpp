@@ -9,10 +9,10 @@
 
 namespace chasles {
 
-/// The camera of a sensor_msgs/CameraInfo, without extrinsics: K and D with plumb_bob (radtan,
-/// four or five coefficients), equidistant or no distortion; of rectified images P alone.
-/// Throws InputError, starting with `where`, for other lenses, for a camera that is not calibrated,
-/// and for binning or a region of interest.
+/// The camera of a sensor_msgs/CameraInfo, without extrinsics: K and D with a model of kLensModels
+/// by any of its names (plumb_bob, rational_polynomial, equidistant, ...); of rectified images P
+/// alone. Throws InputError, starting with `where`, for other lenses, for a camera that is not
+/// calibrated, and for binning or a region of interest.
 Camera camera_of(const RosCameraInfo& info, bool rectified, const std::string& where);
 
 /// The motion to_T_from that a chain of static transforms gives, in either direction of each; none

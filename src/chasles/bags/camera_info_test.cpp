@@ -17,17 +17,25 @@ RosCameraInfo info(const std::string& model, std::vector<double> D) {
   return info;
 }
 
-TEST(CameraInfo, LensesOfFourOrFiveCoefficientsAreRead) {
+TEST(CameraInfo, LensesAreRead) {
   const Camera radtan = camera_of(info("plumb_bob", {-0.3, 0.1, 1e-3, 2e-3, 0}), false, "info");
   EXPECT_EQ(radtan.distortion, Distortion::kRadtan);
-  EXPECT_EQ(radtan.coefficients, Eigen::Vector4d(-0.3, 0.1, 1e-3, 2e-3));
-  EXPECT_EQ(radtan.radtan_k3, 0);
-  EXPECT_EQ(camera_of(info("plumb_bob", {-0.3, 0.1, 0, 0, 0.2}), false, "info").radtan_k3, 0.2);
+  EXPECT_EQ(radtan.coefficients, (LensCoefficients{-0.3, 0.1, 1e-3, 2e-3}));
+  EXPECT_EQ(camera_of(info("plumb_bob", {-0.3, 0.1, 0, 0, 0.2}), false, "info").coefficients,
+            (LensCoefficients{-0.3, 0.1, 0, 0, 0.2}));
   EXPECT_EQ(radtan.fx, 4);
   EXPECT_EQ(radtan.cy, 2.5);
   const Camera rational =
       camera_of(info("rational_polynomial", {-0.3, 0.1, 0, 0, 0, 0, 0, 0}), false, "info");
   EXPECT_EQ(rational.distortion, Distortion::kRadtan);
+  EXPECT_EQ(rational.coefficients.size(), 4u);
+  const auto coefficients = [](const std::string& model, const std::vector<double>& D) {
+    return camera_of(info(model, D), false, "info").coefficients.size();
+  };
+  EXPECT_EQ(coefficients("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0}), 8u);
+  EXPECT_EQ(coefficients("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0}), 8u);
+  EXPECT_EQ(coefficients("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0, 0, 4, 0, 0}), 12u);
+  EXPECT_EQ(coefficients("fisheye", {1e-2, 2e-2, 0, 1e-3, 0}), 4u);
   const Camera fisheye = camera_of(info("equidistant", {1e-2, 2e-2, 0, 1e-3}), false, "info");
   EXPECT_EQ(fisheye.distortion, Distortion::kEquidistant);
   EXPECT_EQ(camera_of(info("plumb_bob", {0, 0, 0, 0, 0}), false, "info").distortion,
@@ -46,10 +54,12 @@ TEST(CameraInfo, OtherCamerasAreRejected) {
   const auto error = [](const RosCameraInfo& one) {
     return input_error([&] { camera_of(one, false, "topic /info"); });
   };
-  expect_parts(error(info("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0})),
-               {"topic /info", "'rational_polynomial' with D = [1, 2", "expected plumb_bob"});
-  expect_parts(error(info("plumb_bob", {-0.3, 0.1, 0, 0, 0, 0.2})), {"no further coefficient"});
-  expect_parts(error(info("equidistant", {-0.3, 0.1, 0, 0, 0.2})), {"no further coefficient"});
+  expect_parts(
+      error(info("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0.1, 0})),
+      {"topic /info", "'rational_polynomial' with D = [1, 2", "14 coefficients", "tilted sensor"});
+  expect_parts(error(info("plumb_bob", {-0.3, 0.1, 0, 0, 0, 0.2})), {"expected 4, 5, 8 or 12"});
+  expect_parts(error(info("equidistant", {-0.3, 0.1, 0, 0, 0.2})), {"5 coefficients, expected 4"});
+  expect_parts(error(info("cubic", {1})), {"'cubic' with D = [1]", "plumb_bob"});
   expect_parts(error(info("none", {-0.3, 0.1, 0, 0})), {"'none' with D"});
   expect_parts(error(info("plumb_bob", {-0.3})), {"D = [-0.3]"});
   RosCameraInfo other = info("plumb_bob", {});
@@ -164,7 +174,7 @@ TEST(CameraInfo, ImagesNamedRectRawHaveTheLensThatIsStated) {
   contents.topics[1].topic.name = "/left/image_rect_raw";
   contents.topics[3].topic.name = "/right/image_rect_raw/compressed";
   for (const Camera& camera : calibrated(contents).cameras) {
-    EXPECT_EQ(camera.coefficients, Eigen::Vector4d(-0.3, 0.1, 0, 0));
+    EXPECT_EQ(camera.coefficients, (LensCoefficients{-0.3, 0.1, 0, 0}));
     EXPECT_EQ(camera.fx, 4) << "of K";
   }
 }

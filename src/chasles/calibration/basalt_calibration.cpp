@@ -1,8 +1,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
@@ -26,24 +29,39 @@ SE3 basalt_cam_T_imu(const JsonPlace& pose) {
   return SE3{checked_quaternion(pose.where(), xyzw), p}.inverse();
 }
 
-// Eight coefficients of a rational model, all of which Basalt writes and requires; those of its
-// denominator must be zero.
-void set_radtan8(const JsonPlace& lens, Camera& camera) {
-  for (const char* key : {"k4", "k5", "k6"}) {
-    if (lens.number(key) == 0) continue;
-    throw InputError(fmt::format(
-        "{}: {} is {}: a rational lens model is not supported, expected k4, k5 and k6 of zero, or "
-        "kb4: calibrate with one of these",
-        lens.where(), key, lens.number(key)));
-  }
-  camera.coefficients = {lens.number("k1"), lens.number("k2"), lens.number("p1"),
-                         lens.number("p2")};
-  camera.radtan_k3 = lens.number("k3");
-  camera.distortion = Distortion::kRadtan;
+// A model of Basalt, and the keys of its coefficients in the order of ours.
+struct BasaltModel {
+  std::string_view name;
+  Distortion model;
+  std::vector<const char*> keys;
+};
+
+const std::vector<BasaltModel>& basalt_models() {
+  static const std::vector<BasaltModel> models{
+      {"pinhole", Distortion::kNone, {}},
+      {"pinhole-radtan8", Distortion::kRadtan, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+      {"kb4", Distortion::kEquidistant, {"k1", "k2", "k3", "k4"}},
+      {"ds", Distortion::kDoubleSphere, {"xi", "alpha"}},
+      {"eucm", Distortion::kEucm, {"alpha", "beta"}},
+      {"ucm", Distortion::kEucm, {"alpha"}},
+      {"fov", Distortion::kFov, {"w"}}};
+  return models;
+}
+
+const BasaltModel& basalt_model(const JsonPlace& camera) {
+  const std::string name = camera.text("camera_type");
+  const auto found = std::ranges::find(basalt_models(), name, &BasaltModel::name);
+  if (found != basalt_models().end()) return *found;
+  std::vector<std::string_view> names;
+  for (const BasaltModel& model : basalt_models()) names.push_back(model.name);
+  throw InputError(fmt::format(
+      "{}: camera_type is {}, a model that is not supported, expected one of {}: calibrate with "
+      "one of these",
+      camera.where(), name, fmt::join(names, ", ")));
 }
 
 Camera basalt_lens(const JsonPlace& camera, const JsonPlace& size) {
-  const std::string model = camera.text("camera_type");
+  const BasaltModel& model = basalt_model(camera);
   const JsonPlace lens = camera.at("intrinsics");
   Camera result{.width = checked_pixels(size.where(), size.number(0)),
                 .height = checked_pixels(size.where(), size.number(1)),
@@ -52,17 +70,10 @@ Camera basalt_lens(const JsonPlace& camera, const JsonPlace& size) {
                 .cx = lens.number("cx"),
                 .cy = lens.number("cy"),
                 .cam_T_imu = {}};
-  if (model == "kb4") {
-    for (int i = 0; i < 4; ++i) result.coefficients[i] = lens.number(fmt::format("k{}", i + 1));
-    result.distortion = Distortion::kEquidistant;
-  } else if (model == "pinhole-radtan8") {
-    set_radtan8(lens, result);
-  } else if (model != "pinhole") {
-    throw InputError(fmt::format(
-        "{}: camera_type is {}, a model that is not supported, expected pinhole, pinhole-radtan8 "
-        "or kb4: calibrate with one of these",
-        camera.where(), model));
-  }
+  std::vector<double> coefficients;
+  for (const char* key : model.keys) coefficients.push_back(lens.number(key));
+  if (model.name == "ucm") coefficients.push_back(1);  // beta
+  set_lens(lens.where(), model.model, without_padding(model.model, coefficients), result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -87,22 +88,21 @@ std::optional<SE3> cam_T_imu_of(const JsonPlace& json, const Sockets& sockets, i
   return a.root_T_camera.inverse() * b.root_T_camera * imu.to_T_from;
 }
 
-// Up to 14 coefficients in OpenCV's order: k1, k2, p1, p2, k3, and then those of a rational model.
+// Up to 14 coefficients in OpenCV's order, of which the last two are those of a tilted sensor.
 void set_depthai_distortion(const JsonPlace& entry, Camera& camera) {
-  constexpr int kFisheye = 1;
+  constexpr int kPerspective = 0, kFisheye = 1;
   const JsonPlace list = entry.at("distortionCoeff");
-  const bool fisheye = entry.has("cameraType") && entry.number("cameraType") == kFisheye;
-  const std::size_t used = fisheye ? 4 : 5;
-  for (std::size_t i = used; i < list.size(); ++i) {
-    if (list.number(i) == 0) continue;
+  const double type = entry.has("cameraType") ? entry.number("cameraType") : kPerspective;
+  if (type != kPerspective && type != kFisheye) {
     throw InputError(fmt::format(
-        "{}: is a rational lens model (coefficient {} is {:g}), which is not supported, expected "
-        "zeros after the first {}: calibrate with pinhole-radtan or pinhole-equi of Kalibr",
-        list.where(), i + 1, list.number(i), used));
+        "{}: cameraType is {:g}, a model that is not supported, expected 0 (perspective) or 1 "
+        "(fisheye): calibrate with one of these",
+        entry.where(), type));
   }
-  for (std::size_t i = 0; i < 4; ++i) camera.coefficients[static_cast<int>(i)] = list.number(i);
-  camera.distortion = fisheye ? Distortion::kEquidistant : Distortion::kRadtan;
-  if (!fisheye && list.size() > 4) camera.radtan_k3 = list.number(4);
+  std::vector<double> coefficients;
+  for (std::size_t i = 0; i < list.size(); ++i) coefficients.push_back(list.number(i));
+  const auto model = type == kFisheye ? Distortion::kEquidistant : Distortion::kRadtan;
+  set_lens(list.where(), model, without_padding(model, coefficients), camera);
 }
 
 Camera depthai_lens(const JsonPlace& entry) {

@@ -31,7 +31,7 @@ SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
 }
 
 void read_camera(const YamlMap& map, KalibrCalibration& calibration) {
-  Camera camera = read_pinhole(
+  Camera camera = read_kalibr_lens(
       map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
   camera.cam_T_imu = cam_T_imu_of(map, calibration.cameras);
   calibration.cameras.push_back(camera);

@@ -49,7 +49,7 @@ struct KalibrFiles {
 /// no IMU file.
 std::optional<KalibrFiles> find_kalibr(const std::filesystem::path& folder);
 
-/// Reads the first `cameras` pinhole cameras with radtan, equidistant or no distortion. The
+/// Reads the first `cameras` cameras, with a lens as read_kalibr_lens() reads it (lens.hpp). The
 /// extrinsics are T_cam_imu (Kalibr: p_cam = T_cam_imu p_imu) or the inverse, T_imu_cam (OpenVINS).
 /// A later camera may have T_cn_cnm1, the transform from the camera before it, instead. imu.yaml
 /// has the noise at its top level, or below the key imu0. Throws InputError.

@@ -114,9 +114,12 @@ TEST_F(Kalibr, TheKeysNameShowsTheDirection) {
 
 TEST_F(Kalibr, WhatCannotBeUsedIsRejectedWithItsLine) {
   const std::vector<std::array<std::string, 3>> chains{
-      {"camera_model: pinhole", "camera_model: omni", "'omni' is a model that is not supported"},
-      {"distortion_model: radtan", "distortion_model: fov",
-       "'fov' is a model that is not supported"},
+      {"camera_model: pinhole", "camera_model: cubic", "'cubic' is a model that is not supported"},
+      {"camera_model: pinhole", "camera_model: omni", "numbers: xi, fx, fy, cx, cy"},
+      {"camera_model: pinhole", "camera_model: fov", "'fov' is a model that is not supported"},
+      {"distortion_model: radtan", "distortion_model: cubic",
+       "'cubic' is a model that is not supported"},
+      {"distortion_model: radtan", "distortion_model: fov", "4 coefficients, expected 1"},
       {"T_cam_imu", "T_cam_body", "T_cam_imu': is missing, and so is T_imu_cam"},
       {"[-1.0, 0.0, 0.0, 0.1]", "[1.0, 0.0, 0.0, 0.1]", "reflection"},
       {"[-1.0, 0.0, 0.0, 0.1]", "[-2.0, 0.0, 0.0, 0.1]", "not a rotation"},
@@ -145,16 +148,61 @@ TEST_F(Kalibr, NamesOfOtherProgramsAndFiveCoefficientsAreRead) {
   write(changed(chain, "distortion_model: equidistant", "distortion_model: equi"), kImu);
   const KalibrCalibration k = read();
   EXPECT_EQ(k.cameras[0].distortion, Distortion::kRadtan);
-  EXPECT_EQ(k.cameras[0].coefficients[3], 0.00002);
-  EXPECT_EQ(k.cameras[0].radtan_k3, -0.3);
+  EXPECT_EQ(k.cameras[0].coefficients, (LensCoefficients{-0.28, 0.07, 0.0001, 0.00002, -0.3}));
   EXPECT_EQ(k.cameras[1].distortion, Distortion::kEquidistant);
   // OpenCV's list of eight: zeros behind the fifth are no model of their own.
   write(changed(kChain, "0.0001, 0.00002]", "0.0001, 0.00002, 0, 0, 0, 0]"), kImu);
-  EXPECT_EQ(read().cameras[0].radtan_k3, 0);
+  EXPECT_EQ(read().cameras[0].coefficients.size(), 4u);
   write(changed(kChain, "0.0001, 0.00002]", "0.0001, 0.00002, 0, 0.1, 0, 0]"), kImu);
-  expect_parts(error(), {"camchain-imucam.yaml:9", "8 coefficients", "rational"});
+  EXPECT_EQ(read().cameras[0].coefficients.size(), 8u);
+  EXPECT_EQ(read().cameras[0].coefficients[5], 0.1);
+  write(changed(kChain, "0.0001, 0.00002]", "0.0001, 0.00002, 0, 0.1]"), kImu);
+  expect_parts(error(), {"camchain-imucam.yaml:9", "6 coefficients, expected 4, 5, 8 or 12"});
+  write(changed(kChain, "0.0001, 0.00002]", "0.0001, 0.00002, 0, 0, 0, 0, 0, 0, 0, 0, 0.1, 0]"),
+        kImu);
+  expect_parts(error(), {"14 coefficients", "tilted sensor"});
   write(changed(kChain, "[0.01, 0.02, 0.03, 0.04]", "[0.01, 0.02, 0.03, 0.04, 0]"), kImu);
   expect_parts(error(), {"distortion_coeffs", "has 5 coefficients, expected 4"});
+}
+
+// [xi alpha fu fv pu pv] and so on, as Kalibr's page of supported models has them.
+TEST_F(Kalibr, LensesOfAllCameraModelsAreRead) {
+  struct Model {
+    const char *camera_model, *intrinsics, *distortion_model, *coefficients;
+    Distortion distortion;
+    LensCoefficients expected;
+  };
+  for (const Model& model :
+       std::vector<Model>{{"omni", "1.6, ", "none", "", Distortion::kOmni, {1.6}},
+                          {"omni",
+                           "1.6, ",
+                           "radtan",
+                           "-0.1, 0.2, 0.003, -0.004",
+                           Distortion::kOmni,
+                           {1.6, -0.1, 0.2, 0.003, -0.004}},
+                          {"ds", "-0.2, 0.6, ", "none", "", Distortion::kDoubleSphere, {-0.2, 0.6}},
+                          {"eucm", "0.6, 1.1, ", "none", "", Distortion::kEucm, {0.6, 1.1}},
+                          {"pinhole", "", "fov", "0.9", Distortion::kFov, {0.9}}}) {
+    std::string chain = changed(kChain, "camera_model: pinhole",
+                                std::string("camera_model: ") + model.camera_model);
+    chain = changed(chain, "[458.0,", std::string("[") + model.intrinsics + "458.0,");
+    chain = changed(chain, "distortion_model: radtan",
+                    std::string("distortion_model: ") + model.distortion_model);
+    const std::size_t begin = chain.find("distortion_coeffs: [") + 20, end = chain.find(']', begin);
+    chain.replace(begin, end - begin, model.coefficients);
+    write(chain, kImu);
+    const Camera camera = read().cameras[0];
+    EXPECT_EQ(camera.distortion, model.distortion) << model.camera_model;
+    EXPECT_EQ(camera.coefficients, model.expected) << model.camera_model;
+    EXPECT_EQ(camera.fx, 458);
+  }
+  std::string chain = changed(kChain, "camera_model: pinhole", "camera_model: ds");
+  chain = changed(chain, "[458.0,", "[-0.2, 0.6, 458.0,");
+  write(chain, kImu);
+  expect_parts(error(), {"distortion_model", "is radtan, expected none with the camera_model ds"});
+  chain = changed(chain, "distortion_model: radtan", "distortion_model: none");
+  write(changed(chain, "0.6, 458.0", "1.6, 458.0"), kImu);
+  expect_parts(error(), {"distortion_coeffs", "is not zero"});
 }
 
 // As OpenCV's FileStorage writes it, with Windows' line ends and a byte-order mark.
@@ -186,8 +234,8 @@ TEST_F(Kalibr, HiddenFilesAreLeftOut) {
 }
 
 TEST_F(Kalibr, OnlyTheCamerasThatAreAskedForMustBeGood) {
-  write(changed(kChain, "equidistant", "omni"), kImu);
-  expect_parts(error(), {"'omni'"});
+  write(changed(kChain, "equidistant", "cubic"), kImu);
+  expect_parts(error(), {"'cubic'"});
   EXPECT_EQ(read_kalibr(find_kalibr(folder).value(), 1).cameras.size(), 1u);
 }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -13,67 +12,66 @@
 namespace chasles {
 namespace {
 
-constexpr const char* kSupported =
-    "expected a pinhole camera with none, radtan (also radial-tangential, plumb_bob; four or five "
-    "coefficients) or equidistant (also equi, fisheye): calibrate with one of these";
-
-struct ModelName {
-  std::string_view name;
-  Distortion model;
-};
-// By the names of Kalibr, EuRoC, OpenVINS, ROS and OpenCV, in small letters.
-constexpr std::array kModelNames{ModelName{"none", Distortion::kNone},
-                                 ModelName{"radtan", Distortion::kRadtan},
-                                 ModelName{"radial-tangential", Distortion::kRadtan},
-                                 ModelName{"radial_tangential", Distortion::kRadtan},
-                                 ModelName{"plumb_bob", Distortion::kRadtan},
-                                 ModelName{"equidistant", Distortion::kEquidistant},
-                                 ModelName{"equi", Distortion::kEquidistant},
-                                 ModelName{"fisheye", Distortion::kEquidistant}};
-
 [[noreturn]] void not_supported(const YamlMap& map, const std::string& key) {
   throw InputError(fmt::format("{}: '{}' is a model that is not supported, {}", map.where(key),
-                               map.text(key), kSupported));
+                               map.text(key), expected_lenses()));
 }
 
-// k1, k2, p1, p2 and, of radtan, k3. OpenCV writes zeros for the coefficients of the models that
-// were not asked for.
-void read_coefficients(const YamlMap& map, const std::string& key, Camera& camera) {
-  const bool radtan = camera.distortion == Distortion::kRadtan;
-  const std::size_t count = map.has(key) ? map.count(key) : 0;
-  if (count < 4 || (!radtan && count > 4)) {
-    throw InputError(fmt::format("{}: has {} coefficients, expected {} with the model {}",
-                                 map.where(key), count, radtan ? "4 coefficients, or 5" : "4",
-                                 name_of(camera.distortion)));
-  }
-  const Eigen::VectorXd all = map.numbers(key, count, "coefficients");
-  camera.coefficients = all.head<4>();
-  if (count > 4) camera.radtan_k3 = all[4];
-  if (count <= 5 || all.tail(all.size() - 5).isZero(0)) return;
-  throw InputError(
-      fmt::format("{}: has {} coefficients, those of a rational model or of a thin prism, {}",
-                  map.where(key), count, kSupported));
+std::vector<double> list_at(const YamlMap& map, const std::string& key, const char* what) {
+  if (!map.has(key)) return {};
+  const Eigen::VectorXd all = map.numbers(key, map.count(key), what);
+  return {all.begin(), all.end()};
 }
 
+// OpenCV writes zeros for the coefficients of radtan that were not asked for.
 void read_distortion(const YamlMap& map, const LensKeys& keys, Camera& camera) {
-  const auto model = distortion_named(map.text(keys.distortion_model));
+  const auto model = lens_model_named(map.text(keys.distortion_model));
   if (!model) not_supported(map, keys.distortion_model);
-  camera.distortion = *model;
-  if (camera.distortion != Distortion::kNone) {
-    read_coefficients(map, keys.coefficients, camera);
-  } else if (map.has(keys.coefficients)) {
-    const std::size_t count = map.count(keys.coefficients);
-    if (map.numbers(keys.coefficients, count, "coefficients").isZero(0)) return;
+  const std::vector<double> all = list_at(map, keys.coefficients, "coefficients");
+  const bool padded = *model == Distortion::kRadtan || *model == Distortion::kNone;
+  const std::span<const double> stated = padded ? without_padding(*model, all) : std::span(all);
+  if (*model == Distortion::kNone && !stated.empty()) {
     throw InputError(map.where(keys.coefficients) +
                      ": is not zero, expected none with the distortion_model 'none'");
   }
+  set_lens(map.where(keys.coefficients), *model, stated, camera);
+}
+
+// How many of Kalibr's intrinsics come before the focal lengths.
+std::size_t own_intrinsics(Distortion model) {
+  if (model == Distortion::kOmni) return 1;
+  return model == Distortion::kDoubleSphere || model == Distortion::kEucm ? 2 : 0;
+}
+
+Camera sized_camera(const YamlMap& map, std::span<const double> f) {
+  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
+  return {.width = checked_pixels(map.where("resolution"), size[0]),
+          .height = checked_pixels(map.where("resolution"), size[1]),
+          .fx = checked_positive(map.where("intrinsics"), f[0]),
+          .fy = checked_positive(map.where("intrinsics"), f[1]),
+          .cx = f[2],
+          .cy = f[3],
+          .cam_T_imu = {}};
+}
+
+std::vector<double> with(std::vector<double> first, std::span<const double> then) {
+  first.insert(first.end(), then.begin(), then.end());
+  return first;
 }
 
 }  // namespace
 
-std::optional<Distortion> distortion_named(const std::string& name) {
-  const auto* found = std::ranges::find(kModelNames, lower_case(name), &ModelName::name);
-  return found == kModelNames.end() ? std::nullopt : std::optional(found->model);
+std::string expected_lenses() {
+  return "expected a pinhole camera with one of " + lens_model_names() +
+         ": calibrate with one of these";
+}
+
+void set_lens(const std::string& where, Distortion model, std::span<const double> coefficients,
+              Camera& camera) {
+  const std::string fault = coefficients_fault(model, coefficients);
+  if (!fault.empty()) throw InputError(fmt::format("{}: {}", where, fault));
+  camera.distortion = model;
+  camera.coefficients = LensCoefficients(coefficients);
 }
 
 int checked_pixels(const std::string& where, double value) {
@@ -83,22 +81,49 @@ int checked_pixels(const std::string& where, double value) {
 }
 
 Camera read_lens(const YamlMap& map, const LensKeys& keys) {
-  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
   const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
-  Camera camera{.width = checked_pixels(map.where("resolution"), size[0]),
-                .height = checked_pixels(map.where("resolution"), size[1]),
-                .fx = checked_positive(map.where("intrinsics"), f[0]),
-                .fy = checked_positive(map.where("intrinsics"), f[1]),
-                .cx = f[2],
-                .cy = f[3],
-                .cam_T_imu = {}};
+  Camera camera = sized_camera(map, std::span(f.data(), 4));
   read_distortion(map, keys, camera);
   return camera;
 }
 
-Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
-  if (lower_case(map.text("camera_model")) != "pinhole") not_supported(map, "camera_model");
-  return read_lens(map, keys);
+Camera read_kalibr_lens(const YamlMap& map, const LensKeys& keys) {
+  const std::string name = lower_case(map.text("camera_model"));
+  if (name == "pinhole") return read_lens(map, keys);
+  const auto model = lens_model_named(name);
+  const std::size_t own = model ? own_intrinsics(*model) : 0;
+  if (own == 0) not_supported(map, "camera_model");
+  const char* const what = own == 1                      ? "numbers: xi, fx, fy, cx, cy"
+                           : *model == Distortion::kEucm ? "numbers: alpha, beta, fx, fy, cx, cy"
+                                                         : "numbers: xi, alpha, fx, fy, cx, cy";
+  const Eigen::VectorXd all = map.numbers("intrinsics", own + 4, what);
+  const std::span<const double> intrinsics(all.data(), own + 4);
+  Camera camera = sized_camera(map, intrinsics.subspan(own));
+  Camera further;  // of the distortion that follows the camera model
+  read_distortion(map, keys, further);
+  const bool radtan = further.distortion == Distortion::kRadtan && *model == Distortion::kOmni;
+  if (further.distortion != Distortion::kNone && !radtan) {
+    throw InputError(fmt::format("{}: is {}, expected {} with the camera_model {}",
+                                 map.where(keys.distortion_model), name_of(further.distortion),
+                                 *model == Distortion::kOmni ? "none or radtan" : "none", name));
+  }
+  const std::vector<double> coefficients =
+      with({all.data(), all.data() + own}, further.coefficients);
+  set_lens(map.where("intrinsics"), *model, coefficients, camera);
+  return camera;
+}
+
+KalibrLens kalibr_lens(const Camera& camera) {
+  const std::size_t own = own_intrinsics(camera.distortion);
+  const std::span<const double> all(camera.coefficients),
+      first = all.first(std::min(own, all.size())), further = all.subspan(first.size());
+  KalibrLens lens{.camera_model = own == 0 ? "pinhole" : std::string(name_of(camera.distortion)),
+                  .intrinsics = with({first.begin(), first.end()},
+                                     std::array{camera.fx, camera.fy, camera.cx, camera.cy}),
+                  .distortion_model = std::string(name_of(camera.distortion)),
+                  .coefficients = {further.begin(), further.end()}};
+  if (own > 0) lens.distortion_model = further.empty() ? "none" : "radtan";
+  return lens;
 }
 
 }  // namespace chasles

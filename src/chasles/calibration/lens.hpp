@@ -1,7 +1,8 @@
 #pragma once
 
-#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/codec/yaml_map.hpp>
@@ -12,9 +13,13 @@ namespace chasles {
 /// for anything else.
 int checked_pixels(const std::string& where, double value);
 
-/// The model of a name of Kalibr, EuRoC, OpenVINS, ROS or OpenCV, in small or capital letters;
-/// nothing for another.
-std::optional<Distortion> distortion_named(const std::string& name);
+/// Sets the lens model and its coefficients. Throws InputError, starting with `where`, for a number
+/// of coefficients that the model does not have, and for values beyond its limits.
+void set_lens(const std::string& where, Distortion model, std::span<const double> coefficients,
+              Camera& camera);
+
+/// The expected lens models with their names, for the messages of those that are not supported.
+std::string expected_lenses();
 
 /// The names of the distortion keys in a calibration file.
 struct LensKeys {
@@ -22,14 +27,24 @@ struct LensKeys {
   std::string coefficients;
 };
 
-/// Size, focal lengths, principal point and distortion of a camera in EuRoC's and Kalibr's
-/// notation: keys `resolution`, `intrinsics` and the two of `keys`. The distortion models are none,
-/// radtan with four or five coefficients (also radial-tangential, plumb_bob) and equidistant (also
-/// equi, fisheye), in small or capital letters. cam_T_imu is not set. Throws InputError for another
-/// model, and for a wrong number of coefficients.
+/// Size, focal lengths, principal point and lens model of a camera in the notation of Chasles: keys
+/// `resolution`, `intrinsics` and the two of `keys`, with the models of kLensModels by any of their
+/// names. cam_T_imu is not set. Throws InputError for another model, and for a wrong number of
+/// coefficients.
 Camera read_lens(const YamlMap& map, const LensKeys& keys);
 
-/// The same, with the key `camera_model`, which must be pinhole.
-Camera read_pinhole(const YamlMap& map, const LensKeys& keys);
+/// The same in the notation of Kalibr and EuRoC: the key `camera_model` is pinhole, or omni, ds or
+/// eucm, whose `intrinsics` begin with xi, with xi and alpha, and with alpha and beta. Their
+/// distortion model is none; that of omni may be radtan.
+Camera read_kalibr_lens(const YamlMap& map, const LensKeys& keys);
+
+/// A lens in Kalibr's notation.
+struct KalibrLens {
+  std::string camera_model;
+  std::vector<double> intrinsics;  ///< those of the camera model, then fx, fy, cx, cy
+  std::string distortion_model;
+  std::vector<double> coefficients;
+};
+KalibrLens kalibr_lens(const Camera& camera);
 
 }  // namespace chasles

@@ -27,6 +27,13 @@ std::string orb_prefix(const YamlMap& map, int number) {
   return fmt::format("Camera{}.", number);
 }
 
+// k1, k2, p1, p2, k3; zeros mean no distortion.
+void set_opencv_lens(const std::array<double, 5>& k, Camera& camera) {
+  camera.coefficients = LensCoefficients(without_padding(Distortion::kRadtan, k));
+  if (camera.coefficients.is_zero()) camera.coefficients = {};
+  camera.distortion = camera.coefficients.size() == 0 ? Distortion::kNone : Distortion::kRadtan;
+}
+
 std::string orb_model(const YamlMap& map) {
   return map.has("Camera.type") ? lower_case(map.text("Camera.type")) : "pinhole";
 }
@@ -39,8 +46,7 @@ void set_orb_distortion(const YamlMap& map, const std::string& prefix, Camera& c
   if (model == "rectified") return;
   if (model == "kannalabrandt8") {
     camera.distortion = Distortion::kEquidistant;
-    for (int i = 0; i < 4; ++i)
-      camera.coefficients[i] = map.number(fmt::format("{}k{}", prefix, i + 1));
+    camera.coefficients = {value("k1"), value("k2"), value("k3"), value("k4")};
     return;
   }
   if (model != "pinhole") {
@@ -51,10 +57,9 @@ void set_orb_distortion(const YamlMap& map, const std::string& prefix, Camera& c
   const bool stated = std::ranges::any_of(std::array{"k1", "k2", "k3", "p1", "p2"},
                                           [&](const char* name) { return map.has(prefix + name); });
   if (!stated && prefix != "Camera.") return;
-  camera.coefficients = {value("k1"), value("k2"), value("p1"), value("p2")};
-  if (map.has(prefix + "k3")) camera.radtan_k3 = value("k3");
-  const bool none = camera.coefficients.isZero(0) && camera.radtan_k3 == 0;
-  camera.distortion = none ? Distortion::kNone : Distortion::kRadtan;
+  set_opencv_lens({value("k1"), value("k2"), value("p1"), value("p2"),
+                   map.has(prefix + "k3") ? value("k3") : 0},
+                  camera);
 }
 
 Camera orb_lens(const YamlMap& map, int number) {
@@ -81,9 +86,7 @@ Camera orb_raw_lens(const YamlMap& map, const std::string& side) {
                 .cy = K(1, 2),
                 .cam_T_imu = {}};
   const Eigen::VectorXd d = map.numbers(side + ".D", 5, "coefficients");
-  camera.coefficients = d.head<4>();
-  camera.radtan_k3 = d[4];
-  if (!d.isZero(0)) camera.distortion = Distortion::kRadtan;
+  set_opencv_lens({d[0], d[1], d[2], d[3], d[4]}, camera);
   return camera;
 }
 

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -33,7 +34,26 @@ void set_vins_pinhole(const YamlMap& lens, Camera& camera, std::vector<std::stri
   }
   const YamlMap d = lens.map("distortion_parameters", {});
   camera.coefficients = {d.number("k1"), d.number("k2"), d.number("p1"), d.number("p2")};
-  if (!camera.coefficients.isZero(0)) camera.distortion = Distortion::kRadtan;
+  camera.distortion = Distortion::kRadtan;
+  if (!camera.coefficients.is_zero()) return;
+  camera.distortion = Distortion::kNone;
+  camera.coefficients = {};
+}
+
+// The unified model: gamma1, gamma2, u0 and v0 are fx, fy, cx and cy.
+void set_vins_mei(const YamlMap& lens, Camera& camera) {
+  const YamlMap p =
+      lens.map("projection_parameters", {.known = {}, .needed = {"gamma1", "gamma2", "u0", "v0"}});
+  const YamlMap mirror = lens.map("mirror_parameters", {.known = {}, .needed = {"xi"}});
+  const YamlMap d = lens.map("distortion_parameters", {});
+  camera.fx = p.positive("gamma1");
+  camera.fy = p.positive("gamma2");
+  camera.cx = p.number("u0");
+  camera.cy = p.number("v0");
+  const std::array k{mirror.number("xi"), d.number("k1"), d.number("k2"), d.number("p1"),
+                     d.number("p2")};
+  set_lens(lens.where("mirror_parameters"), Distortion::kOmni,
+           without_padding(Distortion::kOmni, k), camera);
 }
 
 // Its mu, mv, u0 and v0 are fx, fy, cx and cy, and its k2 to k5 the four coefficients.
@@ -56,10 +76,12 @@ Camera vins_lens(const YamlMap& lens, std::vector<std::string>& remarks) {
     set_vins_pinhole(lens, camera, remarks);
   } else if (model == "kannala_brandt") {
     set_vins_fisheye(lens, camera);
+  } else if (model == "mei") {
+    set_vins_mei(lens, camera);
   } else {
     throw InputError(fmt::format(
-        "{}: is {}, a model that is not supported, expected PINHOLE or KANNALA_BRANDT: calibrate "
-        "with one of these",
+        "{}: is {}, a model that is not supported, expected PINHOLE, KANNALA_BRANDT or MEI: "
+        "calibrate with one of these",
         lens.where("model_type"), lens.text("model_type")));
   }
   return camera;

@@ -11,7 +11,8 @@
 namespace chasles {
 namespace {
 
-std::string listed(const Eigen::VectorXd& values) {
+template <typename Values>
+std::string listed(const Values& values) {
   return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
 }
 
@@ -39,13 +40,6 @@ std::string rig_text(const StereoRig& rig) {
          motion_text(rig.cam0_T_imu, "  ");
 }
 
-Eigen::VectorXd coefficients_of(const Camera& camera) {
-  if (camera.radtan_k3 == 0) return camera.coefficients;
-  Eigen::VectorXd all(5);
-  all << camera.coefficients, camera.radtan_k3;
-  return all;
-}
-
 std::string cameras_text(const std::vector<Camera>& cameras) {
   std::string text =
       "# Single cameras. intrinsics: fx, fy, cx, cy [px]. distortion: radtan k1, k2, p1, p2, k3;\n"
@@ -56,7 +50,7 @@ std::string cameras_text(const std::vector<Camera>& cameras) {
         "  - resolution: [{}, {}]\n    intrinsics: {}\n    distortion_model: {}\n"
         "    distortion_coeffs: {}\n    cam_T_imu:\n",
         c.width, c.height, listed(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy)), name_of(c.distortion),
-        listed(coefficients_of(c)));
+        c.distortion == Distortion::kNone ? "[0, 0, 0, 0]" : listed(c.coefficients));
     text += motion_text(c.cam_T_imu, "      ");
   }
   return text;

@@ -37,6 +37,12 @@ std::optional<PixelRay> unproject(const Camera& camera, const Eigen::Vector2d& p
   return result;
 }
 
+Eigen::Vector2d focal_lengths_at_axis(const Camera& camera) {
+  const LensModel* model = find_lens_model(camera.distortion);
+  const double slope = model && model->axis_slope ? model->axis_slope(camera.coefficients) : 1;
+  return {camera.fx * slope, camera.fy * slope};
+}
+
 bool in_image(const Camera& camera, const Eigen::Vector2d& pixel, double border) {
   return pixel.x() >= border && pixel.x() <= camera.width - 1 - border &&  //
          pixel.y() >= border && pixel.y() <= camera.height - 1 - border;

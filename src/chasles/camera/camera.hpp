@@ -1,39 +1,28 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include <Eigen/Core>
 
-#include <chasles/base/settings.hpp>
+#include <chasles/camera/lenses/lens_model.hpp>
 #include <chasles/lie/se3.hpp>
 
 namespace chasles {
 
-/// Lens distortion model; the coefficients are those of Kalibr and OpenCV.
-enum class Distortion {
-  kNone,
-  kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2, and k3 in `radtan_k3`
-  kEquidistant,  ///< Kannala-Brandt: k1, k2, k3, k4
-};
-
-template <>
-struct Choices<Distortion> {
-  static constexpr std::array list{Choice{Distortion::kNone, "none"},
-                                   Choice{Distortion::kRadtan, "radtan"},
-                                   Choice{Distortion::kEquidistant, "equidistant"}};
-};
-
 /// One camera of a rig. Camera frame: z forward, x right, y down.
 struct Camera {
   int width = 0, height = 0;  ///< [px]
-  double fx = 0, fy = 0;      ///< focal lengths [px]
-  double cx = 0, cy = 0;      ///< principal point [px]
+  /// Pixels of a unit of the lens model's plane. With none, radtan and equidistant these are the
+  /// focal lengths; see focal_lengths_at_axis.
+  double fx = 0, fy = 0;
+  double cx = 0, cy = 0;  ///< principal point [px]
   Distortion distortion = Distortion::kNone;
-  Eigen::Vector4d coefficients = Eigen::Vector4d::Zero();
-  SE3 cam_T_imu;         ///< maps IMU coordinates to those of the camera
-  double radtan_k3 = 0;  ///< fifth coefficient of kRadtan; 0 in other models
+  LensCoefficients coefficients = {};  ///< of the lens model, in the order of its list
+  SE3 cam_T_imu;                       ///< maps IMU coordinates to those of the camera
 };
+
+/// The focal lengths on the optical axis: pixels of a unit of x/z and of y/z there [px].
+Eigen::Vector2d focal_lengths_at_axis(const Camera& camera);
 
 /// A projection and its derivative.
 struct PixelProjection {
@@ -52,9 +41,8 @@ struct PixelRay {
   Eigen::Matrix<double, 2, 2> d_pixel;  ///< d (x/z, y/z) / d pixel  [1/px]
 };
 
-/// The ray of a pixel: the inverse of project, by Newton's method to round-off. None where it does
-/// not converge (outside the range of the lens model), for example 90 degrees or more off the axis
-/// of a fisheye camera.
+/// The ray of a pixel: the inverse of project, to round-off. None outside the range of the lens
+/// model, for example 90 degrees or more off the axis of a fisheye camera.
 std::optional<PixelRay> unproject(const Camera& camera, const Eigen::Vector2d& pixel);
 
 /// Whether a pixel lies in the image, at least `border` pixels from its edge.

@@ -15,7 +15,7 @@ namespace {
 
 using test::euroc_camera;
 using test::fisheye_camera;
-using test::five_coefficient_camera;
+using test::lenses;
 using test::pinhole_camera;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -34,18 +34,6 @@ std::vector<Eigen::Vector2d> directions(double largest_angle) {
   return all;
 }
 
-struct Lens {
-  Camera camera;
-  double largest_angle;
-};
-
-std::vector<Lens> lenses() {
-  return {{pinhole_camera(), 1.3},
-          {euroc_camera(), 0.9},
-          {five_coefficient_camera(), 0.7},
-          {fisheye_camera(), 1.5}};
-}
-
 // The formulas of OpenCV's documentation, term by term.
 Eigen::Vector2d opencv_pixel(const Camera& camera, double x, double y) {
   const auto& k = camera.coefficients;
@@ -54,9 +42,12 @@ Eigen::Vector2d opencv_pixel(const Camera& camera, double x, double y) {
   double yd = y;
   if (camera.distortion == Distortion::kRadtan) {
     const double radial =
-        1 + k[0] * std::pow(r, 2) + k[1] * std::pow(r, 4) + camera.radtan_k3 * std::pow(r, 6);
-    xd = x * radial + 2 * k[2] * x * y + k[3] * (r * r + 2 * x * x);
-    yd = y * radial + k[2] * (r * r + 2 * y * y) + 2 * k[3] * x * y;
+        (1 + k[0] * std::pow(r, 2) + k[1] * std::pow(r, 4) + k[4] * std::pow(r, 6)) /
+        (1 + k[5] * std::pow(r, 2) + k[6] * std::pow(r, 4) + k[7] * std::pow(r, 6));
+    xd = x * radial + 2 * k[2] * x * y + k[3] * (r * r + 2 * x * x) + k[8] * std::pow(r, 2) +
+         k[9] * std::pow(r, 4);
+    yd = y * radial + k[2] * (r * r + 2 * y * y) + 2 * k[3] * x * y + k[10] * std::pow(r, 2) +
+         k[11] * std::pow(r, 4);
   } else if (camera.distortion == Distortion::kEquidistant && r > 0) {
     const double theta = std::atan(r);
     const double theta_d = theta * (1 + k[0] * std::pow(theta, 2) + k[1] * std::pow(theta, 4) +
@@ -68,7 +59,8 @@ Eigen::Vector2d opencv_pixel(const Camera& camera, double x, double y) {
 }
 
 TEST(Camera, ProjectsAsOpenCvDocumentsIt) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
+    if (camera.distortion > Distortion::kEquidistant) continue;
     for (const Eigen::Vector2d& xy : directions(largest_angle)) {
       for (const double z : {0.2, 3.0, 500.0}) {
         const auto seen = project(camera, {xy.x() * z, xy.y() * z, z});
@@ -80,7 +72,7 @@ TEST(Camera, ProjectsAsOpenCvDocumentsIt) {
 }
 
 TEST(Camera, ProjectionJacobianIsTheDerivativeOnTheAxisAndOffIt) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     for (const Eigen::Vector2d& xy : directions(largest_angle)) {
       for (const double z : {0.2, 3.0, 50.0}) {
         const Eigen::Vector3d p(xy.x() * z, xy.y() * z, z);
@@ -94,7 +86,7 @@ TEST(Camera, ProjectionJacobianIsTheDerivativeOnTheAxisAndOffIt) {
 }
 
 TEST(Camera, UnprojectionInvertsProjectionOverTheWholeImage) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     int seen = 0;
     for (int v = 0; v < camera.height; v += 3) {
       for (int u = 0; u < camera.width; u += 3) {
@@ -107,8 +99,8 @@ TEST(Camera, UnprojectionInvertsProjectionOverTheWholeImage) {
       }
     }
     const int all = ((camera.width + 2) / 3) * ((camera.height + 2) / 3);
-    if (camera.distortion == Distortion::kEquidistant) continue;
-    EXPECT_EQ(seen, all);
+    if (!sees_all) continue;
+    EXPECT_EQ(seen, all) << name_of(camera.distortion);
   }
 }
 
@@ -128,7 +120,7 @@ TEST(Camera, AFisheyePixelHasARayExactlyWhereItLooksForward) {
 }
 
 TEST(Camera, ProjectionInvertsUnprojection) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     for (const Eigen::Vector2d& xy : directions(largest_angle)) {
       const Eigen::Vector3d ray(xy.x(), xy.y(), 1);
       const auto back = unproject(camera, project(camera, ray)->pixel);
@@ -139,7 +131,7 @@ TEST(Camera, ProjectionInvertsUnprojection) {
 }
 
 TEST(Camera, TheTwoJacobiansAreInverse) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     for (const Eigen::Vector2d& xy : directions(largest_angle)) {
       const auto seen = project(camera, {xy.x(), xy.y(), 1});
       const auto back = unproject(camera, seen->pixel);
@@ -150,7 +142,7 @@ TEST(Camera, TheTwoJacobiansAreInverse) {
 }
 
 TEST(Camera, UnprojectionJacobianIsTheDerivative) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     for (const Eigen::Vector2d& xy : directions(largest_angle)) {
       const Eigen::Vector2d pixel = project(camera, {xy.x(), xy.y(), 1})->pixel;
       const auto ray = [&](const Eigen::Vector2d& q) { return unproject(camera, q)->ray; };
@@ -162,7 +154,7 @@ TEST(Camera, UnprojectionJacobianIsTheDerivative) {
 }
 
 TEST(Camera, PointsBehindOrTooNearOrNotFiniteAreNotSeen) {
-  for (const auto& [camera, largest_angle] : lenses()) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
     for (const double z : {-10.0, -1e-9, 0.0, 0.5 * kMinDepth, kMinDepth, kNaN, kInfinity}) {
       EXPECT_FALSE(project(camera, {0.01, 0.01, z})) << z;
     }
@@ -190,8 +182,7 @@ TEST(Camera, ARadtanLensIsNotUsedBeyondItsFold) {
 // 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6 = 1 - r^6 / 1.2^6: the fifth coefficient alone folds.
 TEST(Camera, AFifthCoefficientFoldsARadtanLensToo) {
   Camera camera = euroc_camera();
-  camera.coefficients.setZero();
-  camera.radtan_k3 = -1 / (7 * std::pow(1.2, 6));
+  camera.coefficients = {0, 0, 0, 0, -1 / (7 * std::pow(1.2, 6))};
   EXPECT_TRUE(project(camera, {0, 1.2 - 1e-9, 1}));
   for (const double r : {1.2 + 1e-9, 1.5, 6.0}) EXPECT_FALSE(project(camera, {r, 0, 1}));
   EXPECT_FALSE(

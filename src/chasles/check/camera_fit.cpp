@@ -127,8 +127,8 @@ LensGuess free_lens(const LensFit& lens, const Camera& stated) {
                               edge, edge * std::abs(error.value), edge * error.sigma,
                               error.value > 0 ? "out" : "in"),
           .advice =
-              "check the lens model (radtan, equidistant, none) and its coefficients: are "
-              "they there, in their order, and of this camera?",
+              "check the lens model and its coefficients: are they there, in their order, and of "
+              "this camera?",
           .value = 100 * std::abs(error.value),
           .threshold = 100 * LensFit::kMostAtEdge,
           .unit = "%"};

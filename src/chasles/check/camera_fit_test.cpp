@@ -67,21 +67,25 @@ TEST(CameraFit, ACalibrationOfOtherImagesIsNamed) {
 }
 
 TEST(CameraFit, CoefficientsInAnotherOrderOrOfAnotherSignAreNamed) {
-  const auto change = [](const std::function<Eigen::Vector4d(const Eigen::Vector4d&)>& f) {
+  const auto change = [](const std::function<LensCoefficients(const LensCoefficients&)>& f) {
     return with_calibration([&](Camera& c) { c.coefficients = f(c.coefficients); });
   };
-  expect_alone(
-      change([](const Eigen::Vector4d& k) { return Eigen::Vector4d(k[2], k[3], k[0], k[1]); }),
-      "its lens is not the stated one", "in another order");
-  expect_alone(
-      change([](const Eigen::Vector4d& k) { return Eigen::Vector4d(-k[0], k[1], k[2], k[3]); }),
-      "its lens is not the stated one", "wrong sign");
+  expect_alone(change([](const LensCoefficients& k) {
+                 return LensCoefficients{k[2], k[3], k[0], k[1]};
+               }),
+               "its lens is not the stated one", "in another order");
+  expect_alone(change([](const LensCoefficients& k) {
+                 return LensCoefficients{-k[0], k[1], k[2], k[3]};
+               }),
+               "its lens is not the stated one", "wrong sign");
 }
 
 TEST(CameraFit, AnotherModelIsNamed) {
   expect_alone(with_calibration([](Camera& c) { c.distortion = Distortion::kEquidistant; }),
                "its lens is not the stated one", "the other model");
-  expect_alone(with_calibration([](Camera& c) { c.coefficients.setZero(); }),
+  expect_alone(with_calibration([](Camera& c) {
+                 c.coefficients = {0, 0, 0, 0};
+               }),
                "its lens is not the stated one", "are they there");
 }
 
@@ -101,7 +105,7 @@ TEST(CameraFit, AMistakeOfTheLensIsNoOffsetForARun) {
   Recording r = tracked({.seconds = 10});
   for (const double late : {0.0, 0.03}) {
     for (FeatureFrame& frame : r.frames) frame.time += from_seconds(late);
-    for (Camera& c : r.cameras) c.coefficients = Eigen::Vector4d(1e-4, 2e-5, -0.28, 0.07);
+    for (Camera& c : r.cameras) c.coefficients = {1e-4, 2e-5, -0.28, 0.07};
     const auto clock = camera_clock(r.frames, r.cameras, r.imu);
     ASSERT_TRUE(clock);
     EXPECT_NEAR(clock->offset, -late, 0.0015);

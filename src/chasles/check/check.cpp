@@ -57,7 +57,6 @@ Camera left_camera(const StereoRig& rig) {
           .cx = rig.cx,
           .cy = rig.cy,
           .distortion = Distortion::kNone,
-          .coefficients = Eigen::Vector4d::Zero(),
           .cam_T_imu = rig.cam0_T_imu};
 }
 

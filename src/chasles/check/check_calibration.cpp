@@ -223,7 +223,7 @@ void report_lenses(const std::vector<Camera>& cameras, CheckReport& report) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     report_principal_point(cameras[c], fmt::format("cam{}", c), report);
     if (cameras[c].distortion != Distortion::kEquidistant) continue;
-    if (!cameras[c].coefficients.isZero(0)) continue;
+    if (!cameras[c].coefficients.is_zero()) continue;
     report.findings.push_back(
         {.severity = Severity::kWarning,
          .about = fmt::format("cam{}", c),

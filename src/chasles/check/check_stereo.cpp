@@ -110,7 +110,7 @@ std::string pairs_advice(const std::vector<PixelsSeen>& pixels, const Camera& ca
   const auto fits = [&](const Camera& first, const Camera& second, const SE3& second_T_first) {
     const auto rays = rays_of_pairs(pixels, first, second);
     if (rays.size() < kFewestMatches) return false;
-    const PairsCheck check = check_pairs(rays, second_T_first, second.fx);
+    const PairsCheck check = check_pairs(rays, second_T_first, focal_lengths_at_axis(second).x());
     return check.epipolar < kFits && check.behind < kBehind;
   };
   if (fits(other, cam0, other_T_cam0.inverse())) {
@@ -154,7 +154,8 @@ void report_stereo(const std::vector<Camera>& cameras, const std::vector<Feature
     const auto pixels = seen_by_both(static_cast<int>(c), frames);
     const auto pairs = rays_of_pairs(pixels, cameras[0], cameras[c]);
     if (pairs.size() < kFewestMatches || other_T_cam0.p.norm() < kLeastBaseline) continue;
-    const PairsCheck check = check_pairs(pairs, other_T_cam0, cameras[c].fx);
+    const PairsCheck check =
+        check_pairs(pairs, other_T_cam0, focal_lengths_at_axis(cameras[c]).x());
     const bool off = check.epipolar > kEpipolar;
     report_pairs(check, about, off ? pairs_advice(pixels, cameras[0], cameras[c], about) : "",
                  report);

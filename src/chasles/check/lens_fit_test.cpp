@@ -81,7 +81,7 @@ TEST(LensFit, AMissingDistortionIsMeasured) {
   const Camera right = r.cameras[0];
   for (Camera& camera : r.cameras) {
     camera.distortion = Distortion::kNone;
-    camera.coefficients.setZero();
+    camera.coefficients = {};
   }
   const auto lens = lens_of(r);
   ASSERT_TRUE(lens);
@@ -108,7 +108,7 @@ TEST(LensFit, AFisheyeThatIsDeclaredRadtanIsNamed) {
   Recording r = tracked();
   for (Camera& camera : r.cameras) {
     camera.distortion = Distortion::kEquidistant;
-    camera.coefficients << -0.28, 0.07, 1e-4, 2e-5;
+    camera.coefficients = {-0.28, 0.07, 1e-4, 2e-5};
   }
   finding(report_of(r), "cam0", "its lens is not the stated one");
 }

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chasles/check/lens_guess.hpp>
 
@@ -16,11 +18,8 @@ constexpr double kOtherFocal = 0.06;  // of a focal length
 constexpr double kOtherAngle = 0.05;  // of an angle at the edge
 
 std::string model(const Camera& c) {
-  const Eigen::Vector4d& k = c.coefficients;
   if (c.distortion == Distortion::kNone) return "none";
-  return fmt::format("{} [{:.4g}, {:.4g}, {:.4g}, {:.4g}]",
-                     c.distortion == Distortion::kRadtan ? "radtan" : "equidistant", k[0], k[1],
-                     k[2], k[3]);
+  return fmt::format("{} [{:.4g}]", name_of(c.distortion), fmt::join(c.coefficients, ", "));
 }
 
 // The angle from the axis of the pixel in the middle of the right edge; none beyond the lens.
@@ -105,14 +104,13 @@ void add_focal_lengths(const Camera& stated, std::vector<LensGuess>& guesses) {
 }
 
 void add_distortion(const Camera& stated, Distortion distortion,
-                    const Eigen::Vector4d& coefficients, const char* advice,
+                    const LensCoefficients& coefficients, const char* advice,
                     std::vector<LensGuess>& guesses) {
   if (distortion == stated.distortion && coefficients == stated.coefficients) return;
   LensGuess guess{.camera = stated, .advice = advice};
   Camera& c = guess.camera;
   c.distortion = distortion;
   c.coefficients = coefficients;
-  if (distortion != Distortion::kRadtan) c.radtan_k3 = 0;
   const double error = angle_error(stated, c);
   if (std::abs(error) < kOtherAngle) return;
   guess.what = fmt::format("its lens is not the stated one: {} fits, and {} is stated", model(c),
@@ -123,25 +121,33 @@ void add_distortion(const Camera& stated, Distortion distortion,
   guesses.push_back(guess);
 }
 
+// The stated coefficients with others in place of the first ones.
+LensCoefficients with_first(const Camera& stated, const std::array<double, 4>& first) {
+  LensCoefficients changed = stated.coefficients;
+  for (std::size_t i = 0; i < std::min(first.size(), changed.size()); ++i) changed[i] = first[i];
+  return changed;
+}
+
+// The mistakes of the models whose plane is that of a pinhole; the focal lengths of the others
+// belong to their coefficients.
 void add_distortions(const Camera& stated, std::vector<LensGuess>& guesses) {
-  const Eigen::Vector4d& k = stated.coefficients;
-  if (stated.distortion == Distortion::kNone || k.isZero(0)) return;
+  const LensCoefficients& k = stated.coefficients;
   const bool radtan = stated.distortion == Distortion::kRadtan;
-  const auto add = [&](Distortion distortion, const Eigen::Vector4d& changed, const char* advice) {
+  if ((!radtan && stated.distortion != Distortion::kEquidistant) || k.is_zero()) return;
+  const auto add = [&](Distortion distortion, const LensCoefficients& changed, const char* advice) {
     add_distortion(stated, distortion, changed, advice, guesses);
   };
   if (radtan) {
     const char* const order = "its coefficients are in another order: radtan has k1, k2, p1, p2";
-    add(stated.distortion, {k[2], k[3], k[0], k[1]}, order);
-    add(stated.distortion, {k[1], k[0], k[2], k[3]}, order);
+    add(stated.distortion, with_first(stated, {k[2], k[3], k[0], k[1]}), order);
+    add(stated.distortion, with_first(stated, {k[1], k[0], k[2], k[3]}), order);
   }
   const char* const sign = "its coefficients have the wrong sign";
-  add(stated.distortion, {-k[0], k[1], k[2], k[3]}, sign);
-  add(stated.distortion, -k, sign);
-  add(radtan ? Distortion::kEquidistant : Distortion::kRadtan, k,
+  add(stated.distortion, with_first(stated, {-k[0], k[1], k[2], k[3]}), sign);
+  add(stated.distortion, with_first(stated, {-k[0], -k[1], -k[2], -k[3]}), sign);
+  add(radtan ? Distortion::kEquidistant : Distortion::kRadtan, {k[0], k[1], k[2], k[3]},
       "its coefficients are those of the other model");
-  add(Distortion::kNone, Eigen::Vector4d::Zero(),
-      "the images have no distortion: are they undistorted already?");
+  add(Distortion::kNone, {}, "the images have no distortion: are they undistorted already?");
 }
 
 }  // namespace

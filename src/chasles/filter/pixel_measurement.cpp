@@ -81,7 +81,8 @@ Eigen::Matrix2d bilinear_noise(const Camera& known, const Ekf& filter, int numbe
 
 Matrix3d drift_noise(const Camera& known, const State& x, const Landmark& landmark, double variance,
                      int index) {
-  const double u = variance / (known.fx * known.fx), v = variance / (known.fy * known.fy);
+  const Vector2d f = focal_lengths_at_axis(known);
+  const double u = variance / (f.x() * f.x()), v = variance / (f.y() * f.y());
   if (landmark.anchor) return Vector3d(u, v, 0).asDiagonal();
   const SE3 world_T_cam = x.world_T_imu * as_estimated(known, x, index).cam_T_imu.inverse();
   const Vector3d ray = landmark.p_world - world_T_cam.p;

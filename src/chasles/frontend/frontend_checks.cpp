@@ -19,8 +19,8 @@ void check_camera(const Camera& camera, std::size_t index) {
   const bool good = camera.width > PyramidLevel::kPad && camera.height > PyramidLevel::kPad &&
                     std::isfinite(camera.fx) && std::isfinite(camera.fy) && camera.fx > 0 &&
                     camera.fy > 0 && std::isfinite(camera.cx) && std::isfinite(camera.cy) &&
-                    camera.coefficients.allFinite() && std::isfinite(camera.radtan_k3) &&
-                    camera.cam_T_imu.R.allFinite() && camera.cam_T_imu.p.allFinite();
+                    camera.coefficients.is_finite() && camera.cam_T_imu.R.allFinite() &&
+                    camera.cam_T_imu.p.allFinite();
   if (good) return;
   throw UsageError("camera " + std::to_string(index) + ": found " +
                    size_text(camera.width, camera.height) + " pixels, focal lengths " +

@@ -159,7 +159,7 @@ class Room {
   struct Rays {
     int width = 0;
     double fx = 0;
-    Eigen::Vector4d coefficients;
+    LensCoefficients coefficients;
     std::vector<Eigen::Vector3d> rays;
   };
 

@@ -16,7 +16,7 @@ constexpr float kSearchCorrelation = 0.5F;
 constexpr double kClearlyBetter = 0.03;  // difference in correlation of two candidates that pass
 constexpr int kMaxSearch = 400;          // steps
 
-double focal(const Camera& camera) { return std::sqrt(camera.fx * camera.fy); }
+double focal(const Camera& camera) { return std::sqrt(focal_lengths_at_axis(camera).prod()); }
 
 struct Candidate {
   double inverse_depth = 0;

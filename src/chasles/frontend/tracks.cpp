@@ -127,7 +127,7 @@ void reject_outliers(const TrackingStep& step, const FrontendSettings& settings,
   for (const Pair& pair : pairs) {
     rays.push_back({.last = pair.last.ray.ray.normalized(), .now = pair.now.ray.ray.normalized()});
   }
-  const double focal = std::sqrt(step.camera.fx * step.camera.fy);
+  const double focal = std::sqrt(focal_lengths_at_axis(step.camera).prod());
   const TwoView motion =
       find_motion(rays, {.now_R_last = step.now_R_last,
                          .trusted = step.trusted,

@@ -19,7 +19,7 @@ std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe, con
   PlaneView view{.keyframe = keyframe, .camera = o.camera, .xy = ray->ray.head<2>()};
   view.whitening = (pixel_sigma * ray->d_pixel).inverse();
   view.ray_imu = camera.cam_T_imu.R.transpose() * ray->ray.normalized();
-  view.angle_sigma = 2 * pixel_sigma / (camera.fx + camera.fy);
+  view.angle_sigma = 2 * pixel_sigma / focal_lengths_at_axis(camera).sum();
   return view;
 }
 
@@ -50,7 +50,7 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
   for (const Camera& camera : cameras) {
     window.cam_T_imu.push_back(camera.cam_T_imu);
     window.imu_T_cam.push_back(camera.cam_T_imu.inverse());
-    window.focal.push_back((camera.fx + camera.fy) / 2);
+    window.focal.push_back(focal_lengths_at_axis(camera).sum() / 2);
   }
   std::map<LandmarkId, PlaneTrack> by_id;
   for (const FeatureFrame& frame : keyframes) {

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <vector>
 #include <zlib.h>
 
 #include <fmt/format.h>
@@ -19,7 +21,7 @@ namespace {
 constexpr std::string_view kMagic =
     "\x89"
     "CHASLES-MAP\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3, kBeforeLenses = 2;
 static_assert(kMagic.size() == 16);
 
 std::uint32_t checksum(std::string_view bytes) {
@@ -27,34 +29,55 @@ std::uint32_t checksum(std::string_view bytes) {
       crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-void put(const Camera& camera, MapWriter& out) {
+// Up to version 2 a lens has five coefficients and one of three models. A map that needs no more is
+// written as such, so that earlier programs read it.
+constexpr std::size_t kCoefficientsBefore = 5;
+bool needs_lenses(const LandmarkMap& map) {
+  for (const MapSession& session : map.sessions) {
+    for (const Camera& camera : session.cameras) {
+      if (camera.distortion > Distortion::kEquidistant) return true;
+      if (camera.coefficients.size() > kCoefficientsBefore) return true;
+    }
+  }
+  return false;
+}
+
+std::size_t coefficients_of_version(std::uint32_t version) {
+  return version > kBeforeLenses ? LensCoefficients::kMost : kCoefficientsBefore;
+}
+
+void put(const Camera& camera, std::uint32_t version, MapWriter& out) {
   out.put(static_cast<std::int32_t>(camera.width));
   out.put(static_cast<std::int32_t>(camera.height));
   for (const double v : {camera.fx, camera.fy, camera.cx, camera.cy}) out.put(v);
   out.put(static_cast<std::uint8_t>(camera.distortion));
-  out.put_all(camera.coefficients);
-  out.put(camera.radtan_k3);
+  const std::size_t count = coefficients_of_version(version);
+  for (std::size_t i = 0; i < count; ++i) out.put(camera.coefficients[i]);
   out.put_all(camera.cam_T_imu.R);
   out.put_all(camera.cam_T_imu.p);
 }
 
-constexpr std::size_t kCameraBytes = 8 + 32 + 1 + 32 + 8 + 96;
+constexpr std::size_t kCameraBytes = 8 + 32 + 1 + 8 * kCoefficientsBefore + 96;
 
-Camera get_camera(MapReader& in) {
+Camera get_camera(std::uint32_t version, MapReader& in) {
   Camera camera;
   camera.width = in.get<std::int32_t>();
   camera.height = in.get<std::int32_t>();
   for (double* v : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *v = in.get<double>();
   const auto distortion = in.get<std::uint8_t>();
-  in.check(distortion <= static_cast<std::uint8_t>(Distortion::kEquidistant), "an unknown lens");
   camera.distortion = static_cast<Distortion>(distortion);
-  in.get_all(camera.coefficients);
-  camera.radtan_k3 = in.get<double>();
+  in.check(find_lens_model(camera.distortion) != nullptr, "an unknown lens");
+  std::vector<double> all(coefficients_of_version(version));
+  for (double& k : all) k = in.get<double>();
+  // Version 2 may have any numbers for a camera without distortion.
+  if (camera.distortion == Distortion::kNone) all.clear();
+  const auto stated = without_padding(camera.distortion, all);
+  in.check(coefficients_fault(camera.distortion, stated).empty(), "a lens that cannot be");
+  camera.coefficients = LensCoefficients(stated);
   in.get_all(camera.cam_T_imu.R);
   in.get_all(camera.cam_T_imu.p);
   const bool finite = std::isfinite(camera.fx) && std::isfinite(camera.fy) &&
-                      std::isfinite(camera.cx) && std::isfinite(camera.cy) &&
-                      std::isfinite(camera.radtan_k3);
+                      std::isfinite(camera.cx) && std::isfinite(camera.cy);
   in.check(finite && camera.width > 0 && camera.height > 0, "a camera that cannot be");
   return camera;
 }
@@ -166,7 +189,8 @@ void check_savable(const LandmarkMap& map) {
   }
 }
 
-void put(const LandmarkMap& map, const KnownDescriptors* known, MapWriter& out) {
+void put(const LandmarkMap& map, std::uint32_t version, const KnownDescriptors* known,
+         MapWriter& out) {
   check_savable(map);
   out.put(static_cast<std::uint32_t>(map.sessions.size()));
   for (const MapSession& session : map.sessions) {
@@ -174,7 +198,7 @@ void put(const LandmarkMap& map, const KnownDescriptors* known, MapWriter& out) 
     out.put(static_cast<std::int64_t>(session.begin.count()));
     out.put(static_cast<std::int64_t>(session.end.count()));
     out.put(static_cast<std::uint32_t>(session.cameras.size()));
-    for (const Camera& camera : session.cameras) put(camera, out);
+    for (const Camera& camera : session.cameras) put(camera, version, out);
   }
   out.put(static_cast<std::uint32_t>(map.points.size()));
   for (std::size_t i = 0; i < map.points.size(); ++i) {
@@ -192,7 +216,7 @@ LandmarkMap get_map(std::uint32_t version, const KnownDescriptors* known, MapRea
     session.begin = Time(in.get<std::int64_t>());
     session.end = Time(in.get<std::int64_t>());
     const std::size_t cameras = in.get_count(kCameraBytes);
-    for (std::size_t i = 0; i < cameras; ++i) session.cameras.push_back(get_camera(in));
+    for (std::size_t i = 0; i < cameras; ++i) session.cameras.push_back(get_camera(version, in));
   }
   map.points.resize(in.get_count(kPointBytes + (known ? kKnownViewBytes : kViewBytes)));
   std::vector<Eigen::Matrix3d> own(map.points.size());
@@ -287,12 +311,14 @@ LandmarkMap map_of(const Sections& file, const std::string& name) {
 
 std::string map_bytes(const LandmarkMap& map, std::span<const LandmarkMap> parts) {
   MapWriter of_map, of_parts, file;
-  put(map, nullptr, of_map);
+  const bool lenses = needs_lenses(map) || std::ranges::any_of(parts, needs_lenses);
+  const std::uint32_t version = lenses ? kVersion : kBeforeLenses;
+  put(map, version, nullptr, of_map);
   const KnownDescriptors known(map);
   of_parts.put(static_cast<std::uint32_t>(parts.size()));
-  for (const LandmarkMap& part : parts) put(part, &known, of_parts);
+  for (const LandmarkMap& part : parts) put(part, version, &known, of_parts);
   file.append(kMagic);
-  file.put(kVersion);
+  file.put(version);
   put_section(of_map.bytes(), file);
   put_section(of_parts.bytes(), file);
   return file.bytes();

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/camera/camera_testing.hpp>
 #include <chasles/loop/map_testing.hpp>
 #include <chasles/loop/merge_maps.hpp>
 #include <chasles/pipeline/map_file.hpp>
@@ -26,7 +27,7 @@ LandmarkMap some_map() {
   camera.fx = 500;
   camera.fy = 501;
   camera.distortion = Distortion::kRadtan;
-  camera.coefficients << 0.1, -0.02, 0.001, 0.002;
+  camera.coefficients = {0.1, -0.02, 0.001, 0.002};
   map.sessions.front().cameras = {camera, camera};
   return map;
 }
@@ -104,6 +105,29 @@ std::string merged(const std::vector<std::string>& files) {
   }
   const MergedMaps result = merge_maps(std::move(parts));
   return map_bytes(result.map, result.parts);
+}
+
+// Earlier programs read a map whose lenses they know.
+TEST(MapFile, EachLensIsReadAsItWasWritten) {
+  for (const test::Lens& lens : test::lenses()) {
+    LandmarkMap map = some_map();
+    map.sessions.front().cameras = {lens.camera, lens.camera};
+    const std::string bytes = map_bytes(map);
+    const bool known =
+        lens.camera.distortion <= Distortion::kEquidistant && lens.camera.coefficients.size() <= 5;
+    EXPECT_EQ(bytes[16], known ? 2 : 3);
+    const Camera read = parse_map(bytes, "m.map").sessions[0].cameras[1];
+    EXPECT_EQ(read.distortion, lens.camera.distortion);
+    EXPECT_EQ(read.coefficients, lens.camera.coefficients);
+    EXPECT_EQ(read.fy, lens.camera.fy);
+    EXPECT_EQ(map_bytes(parse_map(bytes, "m.map")), bytes);
+  }
+  LandmarkMap map = some_map();
+  map.sessions.front().cameras[0].distortion = Distortion::kDoubleSphere;
+  map.sessions.front().cameras[0].coefficients = {0, 2};
+  EXPECT_NE(rejection(map_bytes(map)).find("a lens that cannot be"), std::string::npos);
+  map.sessions.front().cameras[0].distortion = Distortion{77};
+  EXPECT_NE(rejection(map_bytes(map)).find("an unknown lens"), std::string::npos);
 }
 
 TEST(MapFile, IsReadAsItWasWritten) {
@@ -187,7 +211,7 @@ TEST(MapFile, OthersAreRejectedWithTheReason) {
   EXPECT_NE(rejection("ply\nformat ascii 1.0\n").find("no map"), std::string::npos);
   std::string other = bytes;
   other[16] = 9;
-  EXPECT_NE(rejection(other).find("found a map of version 9, expected at most 2"),
+  EXPECT_NE(rejection(other).find("found a map of version 9, expected at most 3"),
             std::string::npos);
   EXPECT_NE(rejection(bytes.substr(0, bytes.size() / 2)).find("bytes, expected"),
             std::string::npos);

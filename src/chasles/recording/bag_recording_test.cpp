@@ -166,7 +166,7 @@ TEST_F(Bag, CameraInfoAndStaticTransformsCalibrate) {
     EXPECT_EQ(r.imu_noise->gyroscope_noise_density, 0.005);
     EXPECT_EQ(r.cameras[0].fy, 4.5);
     EXPECT_EQ(r.cameras[0].distortion, Distortion::kRadtan);
-    EXPECT_EQ(r.cameras[0].coefficients, Eigen::Vector4d(-0.3, 0.1, 1e-3, 2e-3));
+    EXPECT_EQ(r.cameras[0].coefficients, (LensCoefficients{-0.3, 0.1, 1e-3, 2e-3}));
     // The origin of the IMU is 0.25 m above base_link, and the camera 0.5 m before it.
     const Eigen::Vector3d p_cam0 = r.cameras[0].cam_T_imu * Eigen::Vector3d::Zero();
     EXPECT_TRUE(p_cam0.isApprox(Eigen::Vector3d(0, -0.25, -0.5), 1e-12)) << p_cam0.transpose();
@@ -310,9 +310,9 @@ TEST_F(Bag, OfALensThatIsNotReadTheOtherCamerasRun) {
   const fs::path path = copy("none.bag", "walk.bag");
   test::write_kalibr(folder);
   std::string chain = test::slurp(folder / "camchain-imucam.yaml");
-  chain.replace(chain.rfind("pinhole"), 7, "omni");
+  chain.replace(chain.rfind("pinhole"), 7, "cubic");
   test::spill(folder / "camchain-imucam.yaml", chain);
-  expect_parts(rejection(path), {"camchain-imucam.yaml", "'omni'"});
+  expect_parts(rejection(path), {"camchain-imucam.yaml", "'cubic'"});
   EXPECT_EQ(read_recording(path, {.cameras = 1}).images->size(), 3u);
   test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/cam0/image_raw, /cam1/image_raw]\n");
   EXPECT_EQ(read_recording(path, {.cameras = 1}).cameras.size(), 1u);

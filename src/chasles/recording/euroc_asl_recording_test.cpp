@@ -294,9 +294,10 @@ TEST_F(EurocFolder, AnImpossibleCalibrationIsRejected) {
       {"[8, 6]", "[8, 6.5]", "whole number of pixels"},
       {"[8, 6]", "[8]", "width, height"},
       {"[4, 4.5", "[-4, 4.5", "positive"},
-      {"pinhole", "omni", "'omni' is a model that is not supported, expected a pinhole"},
-      {"radial-tangential", "fov", "'fov' is a model that is not supported"},
-      {"[-0.28, 0.07, 1e-4, 2e-5]", "[-0.28, 0.07]", "4 coefficients"},
+      {"pinhole", "cubic", "'cubic' is a model that is not supported, expected a pinhole"},
+      {"pinhole", "ds", "numbers: xi, alpha, fx, fy, cx, cy"},
+      {"radial-tangential", "cubic", "'cubic' is a model that is not supported"},
+      {"[-0.28, 0.07, 1e-4, 2e-5]", "[-0.28, 0.07]", "2 coefficients, expected 4"},
       {"sensor_type: camera", "sensor_type: lidar", "expected 'camera'"},
       {"T_BS:", "T_SB:", "T_BS"}};
   for (const auto& [from, to, part] : cases) {

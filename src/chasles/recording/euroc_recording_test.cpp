@@ -155,8 +155,8 @@ TEST_F(AprilFolder, ItsTablesAreChecked) {
 
 TEST_F(AprilFolder, ItsSensorsAreChecked) {
   const std::string cam = "cam1_sensor.yaml", imu = "imu0_sensor.yaml";
-  expect_parts(error(cam, "radial-tangential", "fov"),
-               {"cam1_sensor.yaml:9: key 'distortion_model': 'fov' is a model that is not supp"});
+  expect_parts(error(cam, "radial-tangential", "cubic"),
+               {"cam1_sensor.yaml:9: key 'distortion_model': 'cubic' is a model that is not supp"});
   expect_parts(error(cam, "data: [0, -1,", "data: [0, 1,"), {"'T_BS'", "reflection"});
   for (const char* width : {"[0.5,", "[1e300,"}) {
     expect_parts(error(cam, "resolution: [752,", std::string("resolution: ") + width),

@@ -96,8 +96,8 @@ void read_euroc_states(const std::filesystem::path& file, Recording& recording) 
 EurocCamera read_euroc_camera(const std::filesystem::path& file) {
   const YamlMap map =
       read_sensor(file, "camera", {"resolution", "camera_model", "intrinsics", "distortion_model"});
-  EurocCamera result{.camera = read_pinhole(map, {.distortion_model = "distortion_model",
-                                                  .coefficients = "distortion_coefficients"}),
+  EurocCamera result{.camera = read_kalibr_lens(map, {.distortion_model = "distortion_model",
+                                                      .coefficients = "distortion_coefficients"}),
                      .time_offset = read_time_offset(map)};
   constexpr const char* kExact = "calibration_is_exact";
   result.exact =

@@ -63,7 +63,7 @@ inline Recording inertial() {
   r.imu_noise = ImuNoise{2e-3, 3e-3, 1.0 / 3 * 1e-4, 0};
   r.cameras = {fisheye(), fisheye()};
   r.cameras[1].distortion = Distortion::kNone;
-  r.cameras[1].coefficients.setZero();
+  r.cameras[1].coefficients = {};
   r.single_pixel_sigma = 1.0 / 3;
   for (const StampedPose& row : r.truth) {
     FeatureFrame& frame = r.frames.emplace_back();

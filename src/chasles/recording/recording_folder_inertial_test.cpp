@@ -1,3 +1,4 @@
+#include <chasles/camera/camera_testing.hpp>
 #include <chasles/recording/inertial_testing.hpp>
 #include <chasles/recording/readers.hpp>
 
@@ -72,14 +73,15 @@ TEST_F(InertialFolder, TheCamerasAndPixelsAreReadAgainToTheLastBit) {
   }
 }
 
-TEST_F(InertialFolder, AFifthCoefficientIsReadAgainToTheLastBit) {
-  recording.cameras[0].distortion = Distortion::kRadtan;
-  recording.cameras[0].radtan_k3 = -0.1 / 3;
-  write_folder_recording(recording, folder);
-  const Recording r = read_folder_recording(folder);
-  EXPECT_EQ(r.cameras[0].radtan_k3, recording.cameras[0].radtan_k3);
-  EXPECT_EQ(r.cameras[0].coefficients, recording.cameras[0].coefficients);
-  EXPECT_EQ(r.cameras[1].radtan_k3, 0);
+TEST_F(InertialFolder, EachLensIsReadAgainToTheLastBit) {
+  for (const test::Lens& lens : test::lenses()) {
+    recording.cameras[0].distortion = lens.camera.distortion;
+    recording.cameras[0].coefficients = lens.camera.coefficients;
+    write_folder_recording(recording, folder);
+    const Recording r = read_folder_recording(folder);
+    EXPECT_EQ(r.cameras[0].distortion, lens.camera.distortion);
+    EXPECT_EQ(r.cameras[0].coefficients, lens.camera.coefficients);
+  }
 }
 
 // The frames of tracks have one table of times for all cameras.
@@ -261,8 +263,10 @@ TEST_F(InertialFolder, StatesWhetherTheNoiseIsExact) {
 
 TEST_F(InertialFolder, TheCamerasOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
+  expect_parts(error(file, "equidistant\n", "cubic\n"),
+               {"'distortion_model': 'cubic' is a model that is not supported", "none, radtan"});
   expect_parts(error(file, "equidistant\n", "omni\n"),
-               {"'distortion_model': 'omni' is a model that is not supported", "none, radtan"});
+               {"'distortion_coeffs': has 4 coefficients, expected 1 or 5", "xi [k1 k2 p1 p2]"});
   expect_parts(error(file, "equidistant\n", "none\n"),
                {"'distortion_coeffs': is not zero", "'none'"});
   expect_parts(error(file, "[640, 480]", "[640]"), {":7: key 'resolution': expected a list of 2"});

@@ -9,6 +9,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibration/imu_noise.hpp>
 #include <chasles/calibration/imu_range.hpp>
+#include <chasles/calibration/lens.hpp>
 #include <chasles/codec/image_encode.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
@@ -54,19 +55,19 @@ double rate_of(const Times& times) {
 }
 
 std::string camera_text(const Camera& c, std::size_t number, double rate, bool exact) {
-  // EuRoC's files have a model always, and a name of their own for this one.
-  const bool radtan = c.distortion == Distortion::kNone || c.distortion == Distortion::kRadtan;
-  const std::string_view model = radtan ? "radial-tangential" : name_of(c.distortion);
-  std::string k = c.distortion == Distortion::kNone
-                      ? "0, 0, 0, 0"
-                      : fmt::format("{}", fmt::join(c.coefficients, ", "));
-  if (c.radtan_k3 != 0) k += fmt::format(", {}", c.radtan_k3);
+  // EuRoC's files of a pinhole have a model always, and a name of their own for this one.
+  KalibrLens lens = kalibr_lens(c);
+  const bool zeros = lens.distortion_model == "none" && lens.camera_model == "pinhole";
+  if (zeros || lens.distortion_model == "radtan") lens.distortion_model = "radial-tangential";
+  if (zeros) lens.coefficients.assign(4, 0);
   return sensor_text("camera", fmt::format("camera {}", number), c.cam_T_imu.inverse()) +
          fmt::format(
-             "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
-             "intrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n"
+             "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: {}\n"
+             "intrinsics: [{}] # {}fu, fv, cu, cv\n"
              "distortion_model: {}\ndistortion_coefficients: [{}]\n",
-             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k) +
+             rate, c.width, c.height, lens.camera_model, fmt::join(lens.intrinsics, ", "),
+             lens.camera_model == "pinhole" ? "" : "its own, ", lens.distortion_model,
+             fmt::join(lens.coefficients, ", ")) +
          (exact ? "# The images are rendered with this calibration.\ncalibration_is_exact: true\n"
                 : "");
 }

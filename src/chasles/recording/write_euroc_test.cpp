@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <chasles/camera/camera_testing.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/testing.hpp>
 #include <chasles/recording/write_euroc.hpp>
@@ -60,7 +61,7 @@ Recording example_recording(std::size_t frames = 7) {
   const auto images = std::make_shared<Stripes>(frames);
   r.images = images;
   r.cameras = {camera(Distortion::kRadtan, 0.02), camera(Distortion::kEquidistant, 0.13)};
-  r.cameras[0].radtan_k3 = -0.1 / 3;
+  r.cameras[0].coefficients = {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05, -0.1 / 3};
   r.imu_noise = ImuNoise{.accelerometer_noise_density = 2e-3,
                          .accelerometer_random_walk = 3e-3,
                          .gyroscope_noise_density = 1.7e-4,
@@ -142,7 +143,6 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(back.cameras[c].distortion, r.cameras[c].distortion);
     EXPECT_EQ(back.cameras[c].coefficients, r.cameras[c].coefficients);
-    EXPECT_EQ(back.cameras[c].radtan_k3, r.cameras[c].radtan_k3);
     EXPECT_EQ(back.cameras[c].cx, r.cameras[c].cx);
     EXPECT_EQ(back.cameras[c].fy, r.cameras[c].fy);
     EXPECT_LT((back.cameras[c].cam_T_imu.R - r.cameras[c].cam_T_imu.R).norm(), 1e-14);
@@ -164,6 +164,26 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
     ASSERT_EQ(frame.images.size(), 2U);
     EXPECT_EQ(frame.images[0].pixels, expected.images[0].pixels);
     EXPECT_EQ(frame.images[1].pixels, expected.images[1].pixels);
+  }
+}
+
+TEST(WriteEuroc, EachLensIsReadAgain) {
+  const fs::path folder = test::scratch();
+  for (const test::Lens& lens : test::lenses()) {
+    Recording r = example_recording(2);
+    for (Camera& camera : r.cameras) {
+      camera.distortion = lens.camera.distortion;
+      camera.coefficients = lens.camera.coefficients;
+    }
+    write_euroc(r, folder);
+    // EuRoC's format has no lens without distortion.
+    const bool none = lens.camera.distortion == Distortion::kNone;
+    const Camera back = read_recording(folder).cameras[1];
+    EXPECT_EQ(back.distortion, none ? Distortion::kRadtan : lens.camera.distortion);
+    const LensCoefficients zeros{0, 0, 0, 0};
+    EXPECT_EQ(back.coefficients, none ? zeros : lens.camera.coefficients);
+    EXPECT_EQ(back.fx, r.cameras[1].fx);
+    EXPECT_EQ(back.cy, r.cameras[1].cy);
   }
 }
 

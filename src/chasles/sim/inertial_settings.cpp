@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -76,10 +77,25 @@ InertialScene walk() {
   return scene;
 }
 
+std::array<double, LensCoefficients::kMost> stated_coefficients(const InertialSettings& s) {
+  if (s.distortion == Distortion::kNone) return {};
+  return {s.distortion_1, s.distortion_2,  s.distortion_3,  s.distortion_4,
+          s.distortion_5, s.distortion_6,  s.distortion_7,  s.distortion_8,
+          s.distortion_9, s.distortion_10, s.distortion_11, s.distortion_12};
+}
+
 }  // namespace
+
+LensCoefficients lens_coefficients(const InertialSettings& settings) {
+  return LensCoefficients(without_padding(settings.distortion, stated_coefficients(settings)));
+}
 
 void validate(const InertialSettings& settings) {
   validate_fields(settings, kSimulationSetting);
+  const std::string fault = coefficients_fault(settings.distortion, lens_coefficients(settings));
+  if (!fault.empty()) {
+    throw UsageError("distortion_1, ...: the lens of the setting distortion " + fault);
+  }
   const auto above = [](std::string_view high, double high_value, std::string_view low,
                         double low_value) {
     if (high_value > low_value) return;

@@ -75,11 +75,19 @@ struct Choices<Geometry> {
   FIELD(double, camera_tilt_x, 0, -3.2, 3.2, "rad", "rotation vector, IMU axes; 0: straight ahead") \
   FIELD(double, camera_tilt_y, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
   FIELD(double, camera_tilt_z, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
-  FIELD(Distortion, distortion, Distortion::kNone, 0, 0, "", "of the lenses: none, radtan or equidistant")  \
-  FIELD(double, distortion_1, 0, -10, 10, "", "k1 of radtan and of equidistant")                  \
-  FIELD(double, distortion_2, 0, -10, 10, "", "k2 of radtan and of equidistant")                  \
-  FIELD(double, distortion_3, 0, -10, 10, "", "p1 of radtan, k3 of equidistant")                  \
-  FIELD(double, distortion_4, 0, -10, 10, "", "p2 of radtan, k4 of equidistant")                  \
+  FIELD(Distortion, distortion, Distortion::kNone, 0, 0, "", "of the lenses (docs/calibration-conventions.md)") \
+  FIELD(double, distortion_1, 0, -100, 100, "", "first coefficient of the lens model, in its order") \
+  FIELD(double, distortion_2, 0, -100, 100, "", "second coefficient of the lens model, in its order") \
+  FIELD(double, distortion_3, 0, -100, 100, "", "third coefficient of the lens model, in its order") \
+  FIELD(double, distortion_4, 0, -100, 100, "", "fourth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_5, 0, -100, 100, "", "fifth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_6, 0, -100, 100, "", "sixth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_7, 0, -100, 100, "", "seventh coefficient of the lens model, in its order") \
+  FIELD(double, distortion_8, 0, -100, 100, "", "eighth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_9, 0, -100, 100, "", "ninth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_10, 0, -100, 100, "", "tenth coefficient of the lens model, in its order") \
+  FIELD(double, distortion_11, 0, -100, 100, "", "eleventh coefficient of the lens model, in its order") \
+  FIELD(double, distortion_12, 0, -100, 100, "", "twelfth coefficient of the lens model, in its order") \
   /* the tracks */                                                                                \
   FIELD(int, landmarks_in_view, 35, 0, 100000, "", "tracks that are kept up at a time")           \
   FIELD(int, shortest_track, 5, 1, 100000, "frames", "no track begins whose landmark leaves the view sooner") \
@@ -135,6 +143,9 @@ void for_each_setting(S& settings, Visitor&& visit) {
 #undef CHASLES_FIELD
 }
 #undef CHASLES_INERTIAL_FIELDS
+
+/// The coefficients of the lens model, as many as it has.
+LensCoefficients lens_coefficients(const InertialSettings& settings);
 
 /// Throws UsageError with the field, its value and the expected one. Conditions that depend on the
 /// path (a corridor too narrow for its turns) are checked where the path is made.

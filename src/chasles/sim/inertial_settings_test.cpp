@@ -124,6 +124,23 @@ TEST(InertialSettings, WhatDoesNotFitTogetherIsRejected) {
   expect_rejected({.outlier_fraction = 1.01}, "outlier_fraction", "1.01");
 }
 
+TEST(InertialSettings, TheLensHasTheCoefficientsOfItsModel) {
+  InertialSettings settings;
+  settings.distortion = Distortion::kDoubleSphere;
+  settings.distortion_1 = -0.2;
+  EXPECT_EQ(lens_coefficients(settings), (LensCoefficients{-0.2, 0}));
+  EXPECT_NO_THROW(validate(settings));
+  settings.distortion_2 = 1.2;
+  EXPECT_THROW(validate(settings), UsageError);
+  settings.distortion_2 = 0.6;
+  settings.distortion_3 = 0.1;
+  EXPECT_THROW(validate(settings), UsageError);
+  settings.distortion = Distortion::kOmni;
+  EXPECT_EQ(lens_coefficients(settings), (LensCoefficients{-0.2, 0.6, 0.1, 0, 0}));
+  settings.distortion = Distortion::kNone;
+  EXPECT_EQ(lens_coefficients(settings), LensCoefficients());
+}
+
 TEST(InertialSettings, BothKindsOfSettingsCanBeVisitedSideBySide) {
   const auto names = [](const auto& settings) {
     std::string all;

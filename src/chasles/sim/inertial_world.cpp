@@ -210,8 +210,7 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
                        .cx = settings.center_u,
                        .cy = settings.center_v,
                        .distortion = settings.distortion,
-                       .coefficients = {settings.distortion_1, settings.distortion_2,
-                                        settings.distortion_3, settings.distortion_4},
+                       .coefficients = lens_coefficients(settings),
                        .cam_T_imu = imu_T_cam.inverse()});
   }
   return cameras;

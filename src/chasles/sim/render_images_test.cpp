@@ -235,8 +235,8 @@ TEST(RenderedImages, RejectWhatCannotBeRendered) {
   scene.settings.exposure_time = 0.06;
   EXPECT_NE(complaint(scene).find("exposure_time = 0.06 s: expected at most"), std::string::npos);
   scene = small("walk");
-  scene.settings.distortion = Distortion{7};
-  EXPECT_NE(complaint(scene).find("distortion: found the value 7, expected one of none, radtan"),
+  scene.settings.distortion = Distortion{77};
+  EXPECT_NE(complaint(scene).find("distortion: found the value 77, expected one of none, radtan"),
             std::string::npos);
   scene.settings.distortion = Distortion::kRadtan;
   scene.settings.distortion_1 = -0.9;

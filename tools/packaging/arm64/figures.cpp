@@ -46,7 +46,7 @@ void print_cameras(Random& random) {
     Camera camera{
         .width = 752, .height = 480, .fx = 458, .fy = 457, .cx = 367, .cy = 248, .cam_T_imu = {}};
     camera.distortion = distortion;
-    camera.coefficients << -0.03, 0.01, 1e-4, -2e-4;
+    camera.coefficients = {-0.03, 0.01, 1e-4, -2e-4};
     for (int i = 0; i < 100; ++i) {
       const double z = random.uniform(2, 9), y = random.uniform(-2, 2), x = random.uniform(-2, 2);
       const Eigen::Vector3d point(x, y, z);

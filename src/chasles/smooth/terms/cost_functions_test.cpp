@@ -38,7 +38,7 @@ InertialState random_motion(Random& random) {
 Camera fisheye(double aside) {
   Camera camera = test::small_camera(aside);
   camera.distortion = Distortion::kEquidistant;
-  camera.coefficients << -0.01, 0.02, -0.01, 0.003;
+  camera.coefficients = {-0.01, 0.02, -0.01, 0.003};
   return camera;
 }
 

@@ -1,0 +1,11 @@
+#include <chasles/camera/lenses/lens_model.hpp>
+
+namespace chasles::lens {
+
+OptionalPoint distort_none(const LensCoefficients& /*k*/, const Eigen::Vector2d& xy) {
+  return DistortedPoint{.xy = xy, .d_xy = Eigen::Matrix2d::Identity()};
+}
+
+OptionalXy undistort_none(const LensCoefficients& /*k*/, const Eigen::Vector2d& xy) { return xy; }
+
+}  // namespace chasles::lens
