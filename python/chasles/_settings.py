@@ -163,8 +163,8 @@ class BatchSettings(TypedDict, total=False):
     """a landmark that the gate rejects in so many keyframes in a row is split when its pixels agree again (visual-
     inertial batch only); default 5"""
     covariance_factor: Union[float, Literal['auto'], None]
-    """factor of the covariances of a visual-inertial batch or window; auto: measured from the walk of the
-    residuals along the tracks, at least 1; 1 with rendered images (docs/covariance.md); default auto"""
+    """factor of the covariances of a visual-inertial batch or window; auto: measured from the walk of the residuals
+    along the tracks, at least 1; 1 with rendered images (docs/covariance.md); default auto"""
     solver: Literal['auto', 'sparse-schur', 'dense-schur', 'sparse-normal']
     """linear solver: landmarks first, or the ordering with the least fill (auto, except for few keyframes); default
     auto"""
