@@ -35,7 +35,7 @@ FILTERS: list[tuple[str, list[str]]] = [
 MAPS: list[tuple[str, list[str]]] = [
     ("default with images", []),
     ("without `keep_scale`", ["keep_scale=false"]),
-    ("`min_landmarks` 12", ["min_landmarks=12"]),
+    ("`min_landmarks` 6", ["min_landmarks=6"]),
     ("`guessed_depth_observations` 0", ["guessed_depth_observations=0"]),
     ("`max_landmarks` 12", ["max_landmarks=12"]),
     ("null-space updates alone: at most 3 landmarks", ["max_landmarks=3", "min_landmarks=0"]),

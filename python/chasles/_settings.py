@@ -285,7 +285,7 @@ class FilterSettings(TypedDict, total=False):
     min_parallax: float
     """and when its rays differ by this angle (parallax) [rad]; default 0.02"""
     min_landmarks: int
-    """while the state has fewer, landmarks are initialised without delay, in anchored inverse depth; default 6"""
+    """while the state has fewer, landmarks are initialised without delay, in anchored inverse depth; default 12"""
     settled_depth_sigma: float
     """an anchored landmark becomes Cartesian when its relative depth has this sigma; 0: never; default 0.03"""
     zupt_velocity_sigma: float

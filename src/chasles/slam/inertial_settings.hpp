@@ -82,7 +82,7 @@ struct InertialSlamSettings {
   double max_relative_depth_sigma = 0.2;
   double max_total_depth_sigma = 0.3;
   double min_parallax = 0.02;
-  int min_landmarks = 6;
+  int min_landmarks = 12;
   double settled_depth_sigma = 0.03;
 
   double zupt_velocity_sigma = 0.01;
