@@ -26,7 +26,8 @@ def batch_problem(run: Any, part: int = 0) -> Dict[str, Any]:
         samples     by `keyframe` (the one before): `tau` [s], mean `specific_force` and `angular_rate` over it,
                     `noise_scale` (factor on the variances) and extra densities, which is the case where samples are missing
         landmarks   `id`, `position`
-        views       `landmark` (its row), `keyframe`, `camera`, `pixel` (N, 2), `sigma` [px]: those that the gate left
+        views       `landmark` (its row), `keyframe`, `camera`, `pixel` (N, 2), `sigma` [px], `delay` of its line after the keyframe with a rolling
+                    shutter [s]: those that the gate left
         cameras, imu_noise, gravity, loss ("none", "huber", "cauchy") beyond loss_width sigmas of a pixel
         inverse_depth_sigma     of the weak prior of a landmark's inverse depth, mean 0, in the camera of its first view;
                                 None for Cartesian landmarks
@@ -199,6 +200,9 @@ class _Graph:
 
 def _lens(gtsam, camera):
     """The factor and the calibration of a camera."""
+    if camera.readout_time > 0:
+        raise UsageError(f"gtsam_graph: found a rolling shutter of {1e3 * camera.readout_time:.1f} ms; expected a global one: "
+                         "the factors of gtsam take all lines of an image as of one time (batch_problem's views have a delay)")
     pinhole = camera.fx, camera.fy, 0.0, camera.cx, camera.cy
     if camera.distortion == "none":
         return gtsam.GenericProjectionFactorCal3_S2, gtsam.Cal3_S2(*pinhole)

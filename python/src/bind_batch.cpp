@@ -91,7 +91,7 @@ py::dict views_of(const BatchTerms& terms) {
   const auto n = static_cast<Index>(count);
   Times landmark(n), keyframe(n), camera(n);
   Rows pixel(n, 2);
-  Eigen::VectorXd sigma(n);
+  Eigen::VectorXd sigma(n), delay(n);
   Index i = 0;
   for (std::size_t l = 0; l < terms.points.size(); ++l) {
     for (const BatchTerms::View& view : terms.points[l].views) {
@@ -99,6 +99,7 @@ py::dict views_of(const BatchTerms& terms) {
       keyframe[i] = view.keyframe;
       camera[i] = view.camera;
       pixel.row(i) = view.pixel;
+      delay[i] = view.delay;
       sigma[i++] = view.sigma;
     }
   }
@@ -108,6 +109,7 @@ py::dict views_of(const BatchTerms& terms) {
   result["camera"] = std::move(camera);
   result["pixel"] = std::move(pixel);
   result["sigma"] = std::move(sigma);
+  result["delay"] = std::move(delay);
   return result;
 }
 

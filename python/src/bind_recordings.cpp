@@ -150,7 +150,8 @@ py::dict tracks(const Recording& recording, py::ssize_t index) {
 
 Camera make_camera(int width, int height, double fx, double fy, double cx, double cy,
                    const std::string& distortion, const std::vector<double>& coefficients,
-                   const Eigen::Matrix4d& cam_T_imu) {
+                   const Eigen::Matrix4d& cam_T_imu, double readout_time,
+                   const std::string& readout_direction) {
   const auto model = choice_of<Distortion>(distortion);
   if (!model) {
     throw py::value_error(fmt::format("Camera: distortion: found '{}', expected one of {}",
@@ -170,6 +171,14 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   check("fy", fy, kFocalLength, std::isfinite(fy) && fy > 0);
   check("cx", cx, "a finite number of pixels", std::isfinite(cx));
   check("cy", cy, "a finite number of pixels", std::isfinite(cy));
+  const auto direction = choice_of<ReadoutDirection>(readout_direction);
+  if (!direction) {
+    throw py::value_error(fmt::format("Camera: readout_direction: found '{}', expected one of {}",
+                                      readout_direction,
+                                      fmt::join(kChoiceNames<ReadoutDirection>, ", ")));
+  }
+  check("readout_time", readout_time, fmt::format("seconds from 0 to {}", kLongestReadout).c_str(),
+        readout_time >= 0 && readout_time <= kLongestReadout);
   for (const double k : coefficients) {
     check("coefficients", k, "finite numbers", std::isfinite(k));
   }
@@ -184,6 +193,7 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   camera.distortion = *model;
   camera.coefficients = LensCoefficients(without_padding(*model, coefficients));
   camera.cam_T_imu = pose_of(cam_T_imu, "Camera: cam_T_imu");
+  camera.shutter = {.readout = readout_time, .direction = *direction};
   return camera;
 }
 
@@ -206,7 +216,8 @@ ImuNoise make_noise(double accelerometer, double gyroscope, double accelerometer
 py::tuple state_of(const Camera& c) {
   return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, static_cast<int>(c.distortion),
                         std::vector<double>(c.coefficients.begin(), c.coefficients.end()),
-                        Eigen::Matrix3d(c.cam_T_imu.R), Eigen::Vector3d(c.cam_T_imu.p));
+                        Eigen::Matrix3d(c.cam_T_imu.R), Eigen::Vector3d(c.cam_T_imu.p),
+                        c.shutter.readout, static_cast<int>(c.shutter.direction));
 }
 
 Camera camera_of(const py::tuple& state) {
@@ -220,6 +231,8 @@ Camera camera_of(const py::tuple& state) {
            .coefficients = LensCoefficients(state[7].cast<std::vector<double>>()),
            .cam_T_imu = {}};
   c.cam_T_imu = {.R = state[8].cast<Eigen::Matrix3d>(), .p = state[9].cast<Eigen::Vector3d>()};
+  c.shutter = {.readout = state[10].cast<double>(),
+               .direction = static_cast<ReadoutDirection>(state[11].cast<int>())};
   return c;
 }
 
@@ -271,8 +284,11 @@ void bind_recordings(py::module_& m) {
            py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("distortion") = "none",
            py::arg("coefficients") = std::vector<double>{},
            py::arg("cam_T_imu") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
+           py::arg("readout_time") = 0.0, py::arg("readout_direction") = "down",
            ("Intrinsics in pixels; distortion with coefficients: " + lens_model_coefficients() +
-            ". cam_T_imu (4, 4) maps IMU coordinates to the camera's [m].")
+            ". cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]. readout_time: of a "
+            "rolling shutter [s], whose image has the time of its first line; readout_direction: "
+            "down, up, right or left.")
                .c_str())
       .def_readonly("width", &Camera::width, "[px]")
       .def_readonly("height", &Camera::height, "[px]")
@@ -292,6 +308,13 @@ void bind_recordings(py::module_& m) {
       .def_property_readonly(
           "cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); },
           "(4, 4): maps IMU coordinates to the camera's [m].")
+      .def_property_readonly(
+          "readout_time", [](const Camera& c) { return c.shutter.readout; },
+          "Of a rolling shutter [s]; 0: a global one.")
+      .def_property_readonly(
+          "readout_direction",
+          [](const Camera& c) { return std::string(name_of(c.shutter.direction)); },
+          "down, up, right or left.")
       .def(py::pickle(&state_of, &camera_of))
       .def("__repr__", &camera_text);
 

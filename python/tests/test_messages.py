@@ -94,9 +94,9 @@ def test_an_object_without_content_is_a_type_error(bound):
 @pytest.mark.parametrize("of", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
 def test_cameras_and_noises_can_be_copied_and_what_is_large_says_what_to_pass(walk, of):
     T = numpy.array([[0, -1, 0, .1], [1, 0, 0, .2], [0, 0, 1, .3], [0, 0, 0, 1]])
-    camera = chasles.Camera(640, 480, 401, 402, 319, 239, "radtan", [.1, .2, .3, .4, .5], T)
+    camera = chasles.Camera(640, 480, 401, 402, 319, 239, "radtan", [.1, .2, .3, .4, .5], T, .02, "up")
     other = of(camera)
-    names = ("width", "height", "fx", "fy", "cx", "cy", "distortion", "coefficients")
+    names = ("width", "height", "fx", "fy", "cx", "cy", "distortion", "coefficients", "readout_time", "readout_direction")
     assert all(getattr(other, name) == getattr(camera, name) for name in names) and (other.cam_T_imu == camera.cam_T_imu).all()
     assert repr(of(walk.imu_noise)) == repr(walk.imu_noise)
     slam = chasles.Slam(walk.cameras, walk.imu_noise)  # the simulated noise is exact: so is that of its copy
@@ -245,6 +245,8 @@ NOISE = {"accelerometer_noise_density": 1e-3, "gyroscope_noise_density": 1e-4, "
     (lambda w: chasles.Camera(**CAMERA, cam_T_imu=numpy.eye(3)), "cam_T_imu: found an array (3, 3) of float64, expected an array (4, 4)"),
     (lambda w: chasles.Camera(**CAMERA, cam_T_imu=2 * numpy.eye(4)), "Camera: cam_T_imu: found R with det(R) = 8"),
     (lambda w: chasles.Camera(**CAMERA, distortion="radtan", coefficients=[numpy.nan, 0, 0, 0]), "coefficients: found nan"),
+    (lambda w: chasles.Camera(**CAMERA, readout_time=20), "Camera: readout_time: found 20, expected seconds from 0 to 0.2"),
+    (lambda w: chasles.Camera(**CAMERA, readout_time=.02, readout_direction="x"), "readout_direction: found 'x', expected one of down"),
     (lambda w: chasles.ImuNoise(**{**NOISE, "gyroscope_random_walk": -1}), "ImuNoise: gyroscope_random_walk: found -1"),
     (lambda w: chasles.ImuNoise(1, 2, 3, 4), "ImuNoise: found 4 arguments without a name"),
     (lambda w: chasles.run(w, start=5), "chasles.read(path, start=5)"),

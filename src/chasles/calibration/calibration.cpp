@@ -9,6 +9,7 @@
 #include <chasles/calibration/imu_range.hpp>
 #include <chasles/calibration/kalibr.hpp>
 #include <chasles/calibration/lens.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/yaml_map.hpp>
 
@@ -35,7 +36,7 @@ YamlMap::Keys document_keys() {
 
 YamlMap::Keys camera_keys() {
   return {.known = {"resolution", "intrinsics", "distortion_model", "distortion_coeffs",
-                    "cam_T_imu", "timeshift_cam_imu"},
+                    "cam_T_imu", "timeshift_cam_imu", "readout_time", "readout_direction"},
           .needed = {"resolution", "intrinsics", "distortion_model", "cam_T_imu"}};
 }
 
@@ -60,6 +61,7 @@ Camera read_camera(const YamlMap& map) {
   Camera camera =
       read_lens(map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
   camera.cam_T_imu = map.motion("cam_T_imu");
+  camera.shutter = read_shutter(map);
   return camera;
 }
 

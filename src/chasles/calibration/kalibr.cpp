@@ -6,6 +6,7 @@
 #include <chasles/calibration/imu_range.hpp>
 #include <chasles/calibration/kalibr.hpp>
 #include <chasles/calibration/lens.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/yaml_map.hpp>
 
 namespace chasles {
@@ -34,6 +35,7 @@ void read_camera(const YamlMap& map, KalibrCalibration& calibration) {
   Camera camera = read_kalibr_lens(
       map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
   camera.cam_T_imu = cam_T_imu_of(map, calibration.cameras);
+  camera.shutter = read_shutter(map);
   calibration.cameras.push_back(camera);
   calibration.camera_topics.push_back(map.has("rostopic") ? map.text("rostopic") : "");
   calibration.time_offsets.push_back(read_time_offset(map));

@@ -6,6 +6,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibration/foreign_calibration.hpp>
 #include <chasles/calibration/lens.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/yaml_map.hpp>
@@ -148,11 +149,17 @@ KalibrCalibration read_vins(const fs::path& file, std::size_t cameras) {
   for (std::size_t c = 0; c < std::min(cameras, vins_cameras(map)); ++c) {
     Camera camera = vins_camera(file, map, c, result.remarks);
     camera.cam_T_imu = vins_extrinsics(map, c);
+    if (value_or_zero(map, "rolling_shutter") != 0) {
+      const std::string key = "rolling_shutter_tr";
+      camera.shutter.readout = checked_readout(map.where(key), map.number(key));
+    }
     result.cameras.push_back(camera);
     const std::string topic = text_or_empty(map, fmt::format("image{}_topic", c));
     result.camera_topics.push_back(topic.empty() && c == 0 ? text_or_empty(map, "image_topic")
                                                            : topic);
-    result.time_offsets.push_back(from_seconds(value_or_zero(map, "td")));
+    // The stamps of VINS are those of an image's middle row.
+    result.time_offsets.push_back(
+        from_seconds(value_or_zero(map, "td") - camera.shutter.readout / 2));
   }
   result.imu_noise = {.accelerometer_noise_density = map.not_negative("acc_n"),
                       .accelerometer_random_walk = map.not_negative("acc_w"),

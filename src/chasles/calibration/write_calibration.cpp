@@ -5,6 +5,7 @@
 #include <chasles/calibration/calibration.hpp>
 #include <chasles/calibration/imu_noise.hpp>
 #include <chasles/calibration/imu_range.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 
@@ -52,6 +53,7 @@ std::string cameras_text(const std::vector<Camera>& cameras) {
         c.width, c.height, listed(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy)), name_of(c.distortion),
         c.distortion == Distortion::kNone ? "[0, 0, 0, 0]" : listed(c.coefficients));
     text += motion_text(c.cam_T_imu, "      ");
+    text += shutter_text(c.shutter, "    ");
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/lenses/lens_model.hpp>
+#include <chasles/camera/rolling_shutter.hpp>
 #include <chasles/lie/se3.hpp>
 
 namespace chasles {
@@ -19,6 +20,7 @@ struct Camera {
   Distortion distortion = Distortion::kNone;
   LensCoefficients coefficients = {};  ///< of the lens model, in the order of its list
   SE3 cam_T_imu;                       ///< maps IMU coordinates to those of the camera
+  Shutter shutter = {};
 };
 
 /// The focal lengths on the optical axis: pixels of a unit of x/z and of y/z there [px].

@@ -44,7 +44,8 @@ bool is_suspicious(const CameraFit& fit, const Camera& camera) {
   const bool turned = !rotation_agrees(*fit.stated, camera) &&
                       turned_away(*fit.stated, camera) > 3 * fit.stated->rotation_sigma;
   return scaled || turned ||
-         (fit.lens && (fit.lens->has_wrong_distortion() || fit.lens->is_rolling()));
+         (fit.lens && (fit.lens->has_wrong_distortion() ||
+                       (fit.lens->is_rolling() && !camera.shutter.is_rolling())));
 }
 
 // A guess with its fit.
@@ -178,8 +179,10 @@ bool CameraFit::agrees() const {
 }
 
 Measured CameraFit::offset() const {
-  if (lens && lens->is_rolling()) return lens->offset;
-  return {gyroscope->offset, gyroscope->offset_sigma};
+  Measured middle{gyroscope->offset, gyroscope->offset_sigma};
+  if (lens && lens->is_rolling()) middle = lens->offset;
+  middle.value -= shutter.readout / 2;
+  return middle;
 }
 
 std::optional<CameraFit> fit_camera(const std::vector<FeatureFrame>& frames,
@@ -187,7 +190,7 @@ std::optional<CameraFit> fit_camera(const std::vector<FeatureFrame>& frames,
                                     const std::vector<StampedRate>& rates) {
   const Camera& stated = cameras[static_cast<std::size_t>(camera)];
   const auto seen = seen_twice(frames, cameras, camera);
-  CameraFit fit{.stated = fit_gyroscope(seen, rates)};
+  CameraFit fit{.stated = fit_gyroscope(seen, rates), .shutter = stated.shutter};
   fit.gyroscope = fit.stated;
   if (fit.stated) fit.lens = fit_lens(seen, rates, *fit.stated);
   if (!is_suspicious(fit, stated) || explain_by_signs(seen, rates, stated, fit)) return fit;

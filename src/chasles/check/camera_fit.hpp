@@ -25,7 +25,10 @@ struct CameraFit {
   /// Whether the images rotate as the gyroscope measures, but for a constant scale and rotation:
   /// else clock, rotation and readout are open.
   bool agrees() const;
-  /// Camera time + offset = IMU time, of the middle row [s]; of a fit that agrees.
+  Shutter shutter = {};  ///< as stated
+
+  /// Camera time + offset = IMU time [s]: of the first line of a rolling shutter, if one is stated,
+  /// else of the middle row. Of a fit that agrees.
   Measured offset() const;
 };
 

@@ -88,7 +88,39 @@ void report_mistake(const LensGuess& mistake, const std::string& about, CheckRep
                              .advice = mistake.advice});
 }
 
-void report_readout(const LensFit& lens, const std::string& about, CheckReport& report) {
+// By its sign: upwards below 0.
+double signed_readout(const Shutter& shutter) {
+  return shutter.direction == ReadoutDirection::kUp ? -shutter.readout : shutter.readout;
+}
+
+bool is_by_columns(const Shutter& shutter) {
+  return shutter.is_rolling() && (shutter.direction == ReadoutDirection::kRight ||
+                                  shutter.direction == ReadoutDirection::kLeft);
+}
+
+void report_stated_readout(const LensFit& lens, const Shutter& shutter, const std::string& about,
+                           CheckReport& report) {
+  const double stated = signed_readout(shutter);
+  if (!lens.readout.differs(stated, LensFit::kLeastReadout)) return;
+  report.findings.push_back(
+      {.severity = Severity::kError,
+       .about = about,
+       .what =
+           fmt::format("its rows are read out in {:.1f} +- {:.1f} ms, and its readout_time says "
+                       "{:.1f} ms (below 0: upwards)",
+                       1e3 * lens.readout.value, 1e3 * lens.readout.sigma, 1e3 * stated),
+       .value = 1e3 * std::abs(lens.readout.value - stated),
+       .threshold = 1e3 * LensFit::kLeastReadout,
+       .unit = "ms",
+       .advice = "check readout_time and readout_direction, and whether they are of this mode of "
+                 "the camera"});
+}
+
+void report_readout(const LensFit& lens, const Shutter& shutter, const std::string& about,
+                    CheckReport& report) {
+  report.facts.push_back({about, "readout of the rows", 1e3 * lens.readout.value, "ms"});
+  if (is_by_columns(shutter)) return;
+  if (shutter.is_rolling()) return report_stated_readout(lens, shutter, about, report);
   if (!lens.is_rolling()) return;
   report.findings.push_back(
       {.severity = Severity::kWarning,
@@ -101,8 +133,9 @@ void report_readout(const LensFit& lens, const std::string& about, CheckReport& 
        .value = 1e3 * std::abs(lens.readout.value),
        .threshold = 1e3 * LensFit::kLeastReadout,
        .unit = "ms",
-       .advice = "a run takes all rows as of one time and is less accurate while the camera turns: "
-                 "use a camera with a global shutter, or a mode with a faster readout"});
+       .advice = fmt::format("state readout_time: {:.4f} of the camera (docs/formats.md); a run of "
+                             "images measures it too, and takes each row at its own time",
+                             std::abs(lens.readout.value))});
 }
 
 void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckReport& report) {
@@ -257,7 +290,7 @@ void report_camera_fit(const CameraFit& fit, const Camera& camera, const std::st
       const double edge = 100 * fit.lens->radial_at_edge().value;
       report.facts.push_back({about, "lens error at the edge", edge, "%"});
     }
-    report_readout(*fit.lens, about, report);
+    report_readout(*fit.lens, camera.shutter, about, report);
   }
   report_rotation(*fit.gyroscope, camera.cam_T_imu.R, about, report);
 }

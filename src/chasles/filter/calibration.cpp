@@ -1,3 +1,5 @@
+#include <utility>
+
 #include <chasles/filter/calibration.hpp>
 
 namespace chasles {
@@ -17,6 +19,15 @@ Camera as_estimated(Camera camera, const State& x, int index) {
     camera.cam_T_imu = x.imu_T_camera[static_cast<std::size_t>(index)].inverse();
   }
   return camera;
+}
+
+Camera as_estimated(Camera camera, const State& x, int index, const Eigen::Vector2d& pixel) {
+  return at_line(as_estimated(std::move(camera), x, index), x.readout, pixel);
+}
+
+Camera as_estimated(Camera camera, const State& x, int index, const Clone& clone,
+                    const Eigen::Vector2d& pixel) {
+  return at_line(as_estimated(std::move(camera), x, index), clone.readout, pixel);
 }
 
 Vector9d motion_rate(const InertialState& state, const Eigen::Vector3d& gravity_world,

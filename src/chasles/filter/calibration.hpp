@@ -29,6 +29,11 @@ std::optional<Calibration> calibration_of(const Ekf& filter);
 /// State::imu_T_camera.
 Camera as_estimated(Camera camera, const State& x, int index);
 
+/// The same at the line of a pixel (camera/rolling_shutter.hpp), from the present pose or a clone.
+Camera as_estimated(Camera camera, const State& x, int index, const Eigen::Vector2d& pixel);
+Camera as_estimated(Camera camera, const State& x, int index, const Clone& clone,
+                    const Eigen::Vector2d& pixel);
+
 using Vector9d = Eigen::Matrix<double, 9, 1>;
 
 /// The rate of [rotation, position, v_world] at an instant, in the coordinates of the standard

@@ -281,7 +281,8 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
                                 .anchor = landmarks[i].anchor,
                                 .cam_T_imu = landmarks[i].cam_T_imu,
                                 .inverse_depth = landmarks[i].inverse_depth,
-                                .camera = landmarks[i].camera});
+                                .camera = landmarks[i].camera,
+                                .imu_T_line = landmarks[i].imu_T_line});
     state_.landmarks.back().first = state_.p_world(state_.landmarks.back());
   }
 }

@@ -113,6 +113,9 @@ class Ekf {
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
 
+  /// The motion after the current pose, for cameras with a rolling shutter. Clones keep it.
+  void set_readout(const ReadoutMotion& motion) { state_.readout = motion; }
+
   /// Adds a copy of the current pose as a clone. Throws UsageError with Map::kHistory.
   void clone_pose(int id, Time time);
   /// Removes clones; no landmark may be anchored on them.

@@ -24,7 +24,8 @@ void Ekf::clone_pose(int id, Time time) {
                            .time = time,
                            .world_T_imu = state_.world_T_imu,
                            .row = row,
-                           .first = state_.world_T_imu});
+                           .first = state_.world_T_imu,
+                           .readout = state_.readout});
 }
 
 void Ekf::remove_clones(std::span<const int> ids) {

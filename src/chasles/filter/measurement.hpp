@@ -62,7 +62,7 @@ struct NewLandmark {
   int observations = 1;
   int matches = 0;                 ///< of the observations, those of the cameras after the first
   std::optional<int> anchor = {};  ///< as in Landmark
-  SE3 cam_T_imu = {};
+  SE3 cam_T_imu = {}, imu_T_line = {};
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
   int camera = 0;
 

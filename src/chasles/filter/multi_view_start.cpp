@@ -34,14 +34,18 @@ struct Linear {
 void gather_poses(std::span<const Camera> cameras, const State& x,
                   std::span<const ClonedView> views, MultiViewScratch& s) {
   s.cameras.clear();
+  s.cameras.reserve(cameras.size() + views.size());
   for (const Camera& camera : cameras) {
     s.cameras.push_back(as_estimated(camera, x, static_cast<int>(s.cameras.size())));
   }
   s.views.clear();
   for (const ClonedView& view : views) {
-    s.views.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
-                       .camera = &s.cameras[static_cast<std::size_t>(view.camera)],
-                       .pixel = view.pixel});
+    const Clone& clone = x.clone(view.clone);
+    const Camera* camera = &s.cameras[static_cast<std::size_t>(view.camera)];
+    if (camera->shutter.is_rolling()) {
+      camera = &s.cameras.emplace_back(at_line(*camera, clone.readout, view.pixel));
+    }
+    s.views.push_back({.world_T_imu = clone.world_T_imu, .camera = camera, .pixel = view.pixel});
   }
   s.rows.clear();
   const auto note = [&](int row) {
@@ -79,8 +83,8 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
     result.H_point.middleRows<2>(row) = seen->d_point;
     result.H_others.block<2, 6>(row, column_of(clone.row, s)) = seen->d_pose;
     if (const auto of_camera = x.camera_row(views[i].camera)) {
-      result.H_others.block<2, 6>(row, column_of(*of_camera, s)) =
-          derivative_by_camera(camera, at_pose, point, seen->d_point);
+      result.H_others.block<2, 6>(row, column_of(*of_camera, s)) = derivative_by_camera(
+          camera, at_pose, point, seen->d_point, imu_T_line(camera, clone.readout, views[i].pixel));
     }
   }
   return result;
@@ -169,9 +173,11 @@ void hang_on_anchor(const State& x, const ClonedView& last, Linearisation at, Mu
   landmark.anchor = anchor.id;
   landmark.camera = last.camera;
   landmark.cam_T_imu = cam_T_imu;
+  landmark.imu_T_line = imu_T_line(*s.views.back().camera, anchor.readout, last.pixel);
   landmark.inverse_depth = Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
   Landmark known;
   known.cam_T_imu = cam_T_imu;
+  known.imu_T_line = landmark.imu_T_line;
   known.inverse_depth = landmark.inverse_depth;
   if (at == Linearisation::kFirstEstimates) anchor.world_T_imu = anchor.first;
   const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, known);

@@ -45,7 +45,7 @@ double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter);
 
 /// Workspace of initialise_multi_view.
 struct MultiViewScratch {
-  std::vector<Camera> cameras;  ///< as estimated
+  std::vector<Camera> cameras;  ///< as estimated; those at the lines of the views follow
   std::vector<View> views;
   std::vector<int> rows;  ///< of the clones and cameras that the views depend on, each once
   Scratch r, H_point, H_others, moved, d_point, workspace, correlation;

@@ -23,7 +23,7 @@ std::optional<Measurement> measure_pixel(const Camera& known, double sigma, cons
 bool measure_pixel(const Camera& known, double sigma, const State& x, int number,
                    const Vector2d& pixel, Linearisation at, int index, Measurement& z) {
   constexpr std::size_t kMostOthers = 3;  // the anchor, its camera and this one
-  const Camera camera = as_estimated(known, x, index);
+  const Camera camera = as_estimated(known, x, index, pixel);
   const Landmark& landmark = x.landmarks[static_cast<std::size_t>(number)];
   const bool first = at == Linearisation::kFirstEstimates;
   const HomogeneousPoint point = x.homogeneous(landmark);
@@ -56,8 +56,9 @@ bool measure_pixel(const Camera& known, double sigma, const State& x, int number
     }
   }
   if (const auto row = x.camera_row(index)) {
-    z.clones.push_back(
-        {.row = *row, .d = derivative_by_camera(camera, x.world_T_imu, at_point, seen->d_point)});
+    z.clones.push_back({.row = *row,
+                        .d = derivative_by_camera(camera, x.world_T_imu, at_point, seen->d_point,
+                                                  imu_T_line(camera, x.readout, pixel))});
   }
   return true;
 }
@@ -93,7 +94,7 @@ Matrix3d drift_noise(const Camera& known, const State& x, const Landmark& landma
 std::optional<NewLandmark> initialise_at_depth(const Camera& known, double sigma, const State& x,
                                                LandmarkId id, const Vector2d& pixel, double depth,
                                                double depth_sigma, int index) {
-  const Camera camera = as_estimated(known, x, index);
+  const Camera camera = as_estimated(known, x, index, pixel);
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
   const Matrix3d world_R_cam = x.world_T_imu.R * camera.cam_T_imu.R.transpose();
@@ -108,7 +109,9 @@ std::optional<NewLandmark> initialise_at_depth(const Camera& known, double sigma
   if (const auto row = x.camera_row(index)) {
     Eigen::Matrix<double, 3, 6> d;
     d << -hat(camera.cam_T_imu.R.transpose() * (depth * ray->ray)), Matrix3d::Identity();
-    result.clones.push_back({.row = *row, .d = x.world_T_imu.R * d});
+    d = (x.world_T_imu.R * d).eval();
+    result.clones.push_back(
+        {.row = *row, .d = by_axes_of_line(d, imu_T_line(camera, x.readout, pixel))});
   }
   return result;
 }
@@ -123,7 +126,8 @@ std::optional<NewLandmark> initialise_anchored(const Camera& camera, double sigm
   result.id = id;
   result.anchor = x.clones.back().id;
   result.camera = index;
-  result.cam_T_imu = as_estimated(camera, x, index).cam_T_imu;
+  result.cam_T_imu = as_estimated(camera, x, index, pixel).cam_T_imu;
+  result.imu_T_line = imu_T_line(camera, x.readout, pixel);
   result.inverse_depth << ray->ray.head<2>(), inverse_depth;
   result.noise.topLeftCorner<2, 2>() = sigma * sigma * ray->d_pixel * ray->d_pixel.transpose();
   result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;

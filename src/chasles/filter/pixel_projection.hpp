@@ -23,11 +23,27 @@ struct Seen {
 /// None if the point has no projection (project), or is nearer than least_depth [m].
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
                         const Eigen::Vector2d& pixel, double least_depth = kMinDepth);
+/// The same with these extrinsics instead of the camera's.
+std::optional<Seen> see(const Camera& camera, const SE3& cam_T_imu, const SE3& world_T_imu,
+                        const HomogeneousPoint& point, const Eigen::Vector2d& pixel,
+                        double least_depth = kMinDepth);
 
 /// d predicted / d (errors of imu_T_camera) of the same projection, p_cam = R_ic^T (p_imu - p_ic).
+/// The camera's extrinsics may be those at a line (at_line).
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
                                                  const HomogeneousPoint& point,
-                                                 const Eigen::Matrix<double, 2, 3>& d_point);
+                                                 const Eigen::Matrix<double, 2, 3>& d_point,
+                                                 const SE3& imu_T_line = {});
+
+/// A derivative by errors of extrinsics that are in IMU axes at the time of the image, by those in
+/// IMU axes at a line: the errors of imu_T_camera.
+template <int Rows>
+Eigen::Matrix<double, Rows, 6> by_axes_of_line(const Eigen::Matrix<double, Rows, 6>& d,
+                                               const SE3& imu_T_line) {
+  Eigen::Matrix<double, Rows, 6> turned;
+  turned << d.template leftCols<3>() * imu_T_line.R, d.template rightCols<3>() * imu_T_line.R;
+  return turned;
+}
 
 /// The point of an anchored landmark, given its anchor: State::homogeneous without a state.
 HomogeneousPoint homogeneous(const Clone& anchor, const Landmark& landmark);

@@ -43,7 +43,8 @@ Eigen::Matrix<double, 3, 6> homogeneous_derivative_by_camera(const Clone& anchor
                                                              const Landmark& landmark) {
   Eigen::Matrix<double, 3, 6> d;
   d << -hat(ray_in_imu(landmark)), landmark.inverse_depth.z() * Eigen::Matrix3d::Identity();
-  return anchor.world_T_imu.R * d;
+  d = (anchor.world_T_imu.R * d).eval();
+  return by_axes_of_line(d, landmark.imu_T_line);
 }
 
 Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark) {

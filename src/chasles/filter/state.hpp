@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/camera/rolling_shutter.hpp>
 #include <chasles/lie/se3.hpp>
 
 namespace chasles {
@@ -19,6 +20,7 @@ struct Clone {
   SE3 world_T_imu;
   int row = 0;     ///< first row of its six errors [rotation; position] in the error vector
   SE3 first = {};  ///< the pose when it was cloned
+  ReadoutMotion readout = {};  ///< after this pose
 };
 
 /// A point of the map in the state, in one of two forms: Cartesian, or anchored inverse depth,
@@ -29,11 +31,13 @@ struct Landmark {
   int row = 0;                     ///< first row of its three errors in the error vector
   int observations = 0;            ///< used so far, including the one of its initialisation
   std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
-  SE3 cam_T_imu = {};              ///< of the anchor's camera; the estimate, if estimated
+  SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel; the estimate, if
+                       ///< estimated
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< world position at initialisation [m]
   int camera = 0;  ///< the anchor's; index into State::imu_T_camera if those are estimated
   std::optional<int> considered = {};  ///< its number in Ekf::past(), if of a ConsideredMap
+  SE3 imu_T_line = {};  ///< of the pixel that anchors it (camera/rolling_shutter.hpp)
 
   /// Whether its depth is positive: noise may move an inverse depth through zero.
   bool has_place() const { return !anchor || inverse_depth.z() > 0; }
@@ -94,6 +98,7 @@ struct State {
   std::vector<Landmark> landmarks = {};    ///< not retired; rows rise
   std::vector<Clone> clones = {};          ///< rows rise
   std::optional<ConsideredMap> considered = {};
+  ReadoutMotion readout = {};  ///< after world_T_imu; known, without errors
 
   int motion_size() const { return v_world ? 9 : 6; }  ///< rows of pose and v_world
   int nav_row() const { return motion_size(); }

@@ -58,8 +58,10 @@ std::vector<Rays> rays_of(const MotionWindow& window, const std::vector<Preinteg
     for (const PlaneView& view : track) {
       const auto k = static_cast<std::size_t>(view.keyframe);
       const SE3& imu_T_cam = window.imu_T_cam[static_cast<std::size_t>(view.camera)];
-      rays.push_back({.t = seconds[k],
-                      .known = at[k].world_T_imu * imu_T_cam.p,
+      const Eigen::Vector3d pushed =
+          view.delay * view.delay / 2 * window.readouts[k].force + view.imu_R_line * imu_T_cam.p;
+      rays.push_back({.t = seconds[k] + view.delay,
+                      .known = at[k].world_T_imu * pushed + view.delay * at[k].v_world,
                       .u = at[k].world_T_imu.R * view.ray_imu,
                       .sigma = view.angle_sigma,
                       .weight = 1 / (view.angle_sigma * view.angle_sigma)});

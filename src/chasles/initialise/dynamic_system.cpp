@@ -20,11 +20,23 @@ struct PointProjection {
   Eigen::Matrix3d d_anchor_rotation, d_rotation, d_position, d_point;  // d_anchor_p = -d_position
 };
 
+// The extrinsics of a view's camera at the line of its pixel. What accelerations add to its place
+// during a readout is below a millimetre.
+SE3 imu_T_camera(const MotionWindow& window, const MotionUnknowns& motion, const PlaneView& view) {
+  const SE3& known = window.imu_T_cam[static_cast<std::size_t>(view.camera)];
+  if (view.delay == 0) return known;
+  const InertialState& at = motion.keyframes[static_cast<std::size_t>(view.keyframe)];
+  const SE3 imu_T_line{.R = view.imu_R_line,
+                       .p = view.delay * (at.world_T_imu.R.transpose() * at.v_world)};
+  return imu_T_line * known;
+}
+
 PointProjection projection(const MotionWindow& window, const MotionUnknowns& motion,
                            const PlaneView& anchor, const Eigen::Vector3d& point,
                            const PlaneView& view) {
-  const SE3& imu_T_anchor = window.imu_T_cam[static_cast<std::size_t>(anchor.camera)];
-  const SE3& cam_T_imu = window.cam_T_imu[static_cast<std::size_t>(view.camera)];
+  const SE3 imu_T_anchor = imu_T_camera(window, motion, anchor);
+  const SE3 cam_T_imu = view.delay == 0 ? window.cam_T_imu[static_cast<std::size_t>(view.camera)]
+                                        : imu_T_camera(window, motion, view).inverse();
   const SE3& A = motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu;
   const SE3& I = motion.keyframes[static_cast<std::size_t>(view.keyframe)].world_T_imu;
   const double rho = point.z();

@@ -12,7 +12,7 @@ namespace chasles {
 namespace {
 
 std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe, const Camera& camera,
-                                    double pixel_sigma) {
+                                    double pixel_sigma, const MeasuredReadout& readout) {
   if (!o.pixel.allFinite()) return std::nullopt;
   const std::optional<PixelRay> ray = unproject(camera, o.pixel);
   if (!ray) return std::nullopt;
@@ -20,6 +20,11 @@ std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe, con
   view.whitening = (pixel_sigma * ray->d_pixel).inverse();
   view.ray_imu = camera.cam_T_imu.R.transpose() * ray->ray.normalized();
   view.angle_sigma = 2 * pixel_sigma / focal_lengths_at_axis(camera).sum();
+  if (camera.shutter.is_rolling()) {
+    view.delay = line_delay(camera, o.pixel);
+    view.imu_R_line = readout.rotation_after(view.delay);
+    view.ray_imu = view.imu_R_line * view.ray_imu;
+  }
   return view;
 }
 
@@ -45,8 +50,11 @@ std::vector<std::size_t> choose_keyframes(std::size_t frames, int count) {
 }
 
 MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
-                         const std::vector<Camera>& cameras, double pixel_sigma, int max_tracks) {
+                         const std::vector<Camera>& cameras, double pixel_sigma, int max_tracks,
+                         std::vector<MeasuredReadout> readouts) {
   MotionWindow window;
+  readouts.resize(keyframes.size());
+  window.readouts = std::move(readouts);
   for (const Camera& camera : cameras) {
     window.cam_T_imu.push_back(camera.cam_T_imu);
     window.imu_T_cam.push_back(camera.cam_T_imu.inverse());
@@ -60,7 +68,8 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
     for (const PixelObservation& o : frame.pixels) {
       if (o.camera < 0 || o.camera >= static_cast<int>(cameras.size())) continue;
       if (!seen.insert({o.landmark, o.camera}).second) continue;
-      const auto view = plane_view(o, k, cameras[static_cast<std::size_t>(o.camera)], pixel_sigma);
+      const auto view = plane_view(o, k, cameras[static_cast<std::size_t>(o.camera)], pixel_sigma,
+                                   window.readouts[static_cast<std::size_t>(k)]);
       if (view) by_id[o.landmark].push_back(*view);
     }
   }

@@ -117,12 +117,24 @@ std::optional<InertialStart> Initialiser::try_static() {
   return static_start(end, standstill_means(samples, noise_), noise_, settings_);
 }
 
+std::vector<MeasuredReadout> Initialiser::readouts_of(const std::vector<FeatureFrame>& keyframes) {
+  const Time readout = from_seconds(longest_readout(cameras_));
+  std::vector<MeasuredReadout> readouts;
+  for (const FeatureFrame& keyframe : keyframes) {
+    if (readout <= Time{}) break;
+    const auto intervals = imu_.between(keyframe.time, keyframe.time + readout);
+    readouts.push_back(measured_readout(intervals, Vector6d::Zero()));
+  }
+  return readouts;
+}
+
 std::optional<InertialStart> Initialiser::try_dynamic() {
   std::vector<FeatureFrame> keyframes;
   for (const std::size_t i : choose_keyframes(window_.size(), settings_.keyframes)) {
     keyframes.push_back(window_[i]);
   }
-  MotionWindow window = make_window(keyframes, cameras_, pixel_sigma_, settings_.max_tracks);
+  MotionWindow window =
+      make_window(keyframes, cameras_, pixel_sigma_, settings_.max_tracks, readouts_of(keyframes));
   for (std::size_t k = 0; k + 1 < window.times.size(); ++k) {
     window.intervals.push_back(imu_.between(window.times[k], window.times[k + 1]));
   }

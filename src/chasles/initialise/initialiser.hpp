@@ -7,6 +7,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/estimate/requirement.hpp>
+#include <chasles/filter/readout.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/initialise/inertial_start.hpp>
 #include <chasles/initialise/initialiser_settings.hpp>
@@ -51,6 +52,9 @@ class Initialiser {
   bool take(const FeatureFrame& frame);
   std::optional<InertialStart> try_static();
   std::optional<InertialStart> try_dynamic();
+  /// What the IMU measured while the images of these frames were read out; empty without a rolling
+  /// shutter.
+  std::vector<MeasuredReadout> readouts_of(const std::vector<FeatureFrame>& keyframes);
   void note(const char* way, std::vector<Requirement> requirements);
   void restart();
 

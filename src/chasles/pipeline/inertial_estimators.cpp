@@ -341,6 +341,7 @@ std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
         "the given one (--begin)");
   }
   sensors.pixel_sigma = settings.filter.pixel_sigma.value_or(sensors.pixel_sigma);
+  if (const auto& readout = settings.filter.readout_time) set_readout(*readout, sensors.cameras);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {
     case Kind::kBatch:

@@ -20,6 +20,15 @@ std::string offset_remark(const CameraClock& clock) {
       clock.offset < 0 ? "late" : "early", 1e3 * std::abs(clock.offset), 1e3 * clock.sigma);
 }
 
+std::string readout_remark(const Measured& readout) {
+  return fmt::format(
+      "the shutter rolls: its readout takes {:.1f} +- {:.1f} ms, {}, measured from the tracks and "
+      "the gyroscope; the run takes it as known (readout_time=auto; --set readout_time=0 takes the "
+      "shutter for a global one)",
+      1e3 * std::abs(readout.value), 1e3 * readout.sigma,
+      readout.value < 0 ? "from the last row to the first" : "from the first row to the last");
+}
+
 std::string lens_remark(const LensGuess& mistake) {
   return fmt::format(
       "cam0, by tracks and gyroscope: {}; {} (`chasles check`); all frames are degraded for it",
@@ -59,6 +68,18 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
   return frames;
 }
 
+TracksEvidence evidence_of(const CameraFit& fit, const InertialRunSettings& settings) {
+  TracksEvidence evidence{.clock = camera_clock(fit), .mistake = fit.mistake};
+  const auto& given = settings.filter.readout_time;
+  const bool open = !given && !fit.shutter.is_rolling();
+  if (open && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
+  // The offset is that of the first line by the shutter as it is stated.
+  const double readout =
+      evidence.readout ? evidence.readout->value : given.value_or(fit.shutter.readout);
+  if (evidence.clock) evidence.clock->offset += (fit.shutter.readout - std::abs(readout)) / 2;
+  return evidence;
+}
+
 TracksEvidence examine_tracks(const Recording& recording, const InertialRunSettings& settings,
                               const StopRequest& stop) {
   const bool wanted =
@@ -67,12 +88,12 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   const auto fit =
       fit_camera(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
                  recording.cameras, 0, gyroscope_rates(recording.imu));
-  if (!fit) return {};
-  return {.clock = camera_clock(*fit), .mistake = fit->mistake};
+  return fit ? evidence_of(*fit, settings) : TracksEvidence{};
 }
 
-void start_from_measured_offset(InertialRunSettings& settings, const TracksEvidence& evidence) {
+void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence) {
   InertialSlamSettings& filter = settings.filter;
+  if (evidence.readout) filter.readout_time = evidence.readout->value;
   if (filter.time_offset) return;
   filter.time_offset = 0;
   if (!evidence.clock_stands_out()) return;
@@ -89,6 +110,7 @@ std::vector<std::string> remarks_of(const TracksEvidence& evidence,
   if (!settings.filter.time_offset && evidence.clock_stands_out()) {
     remarks.push_back(offset_remark(*evidence.clock));
   }
+  if (evidence.readout) remarks.push_back(readout_remark(*evidence.readout));
   if (evidence.mistake) remarks.push_back(lens_remark(*evidence.mistake));
   return remarks;
 }

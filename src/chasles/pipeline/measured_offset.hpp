@@ -27,20 +27,27 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
 struct TracksEvidence {
   std::optional<CameraClock> clock = {};  ///< the time offset, if they determine it
   std::optional<LensGuess> mistake = {};  ///< in the stated lens (fit_camera())
+  /// The readout of a rolling shutter of which the recording says nothing, from the first row to
+  /// the last [s]; then the time offset is that of the first line.
+  std::optional<Measured> readout = {};
 
   bool clock_stands_out() const { return clock && clock->stands_out(); }
   bool has_wrong_lens() const { return mistake.has_value(); }
 };
+
+/// What a fit of the first camera says to a run with these settings.
+TracksEvidence evidence_of(const CameraFit& fit, const InertialRunSettings& settings);
 
 /// Examines the first camera. Nothing without an IMU or cameras, nor for recorded tracks, unless
 /// the run estimates their time offset from `auto`. Throws as read_masks().
 TracksEvidence examine_tracks(const Recording& recording, const InertialRunSettings& settings,
                               const StopRequest& stop = {});
 
-/// Decides time_offset where it is `auto`. A run starts from an offset that stands out: time_offset
-/// and initial_time_offset_sigma are what was measured, and a filter of which calibrate_time_offset
-/// is `auto` estimates the offset. Otherwise time_offset is 0, as in a live run.
-void start_from_measured_offset(InertialRunSettings& settings, const TracksEvidence& evidence);
+/// Decides time_offset and readout_time where they are `auto`. A run starts from an offset that
+/// stands out: time_offset and initial_time_offset_sigma are what was measured, and a filter of
+/// which calibrate_time_offset is `auto` estimates the offset. Otherwise time_offset is 0, as in a
+/// live run. readout_time is what was measured, if it was.
+void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence);
 
 /// What a run says of the evidence; `settings` as they were given.
 std::vector<std::string> remarks_of(const TracksEvidence& evidence,

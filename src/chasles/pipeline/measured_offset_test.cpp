@@ -42,7 +42,7 @@ class MeasuredOffset : public RunOfImages {
     const TracksEvidence evidence = examine_tracks(recording, settings);
     std::string all;
     for (const std::string& remark : remarks_of(evidence, settings)) all += remark;
-    start_from_measured_offset(settings, evidence);
+    start_from_measured(settings, evidence);
     return all;
   }
 };

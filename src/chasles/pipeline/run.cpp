@@ -206,7 +206,7 @@ RunResult run(const Recording& recording, const InertialRunSettings& settings,
   RunOptions of_all = options;
   if (!options.realtime) {
     const TracksEvidence evidence = examine_tracks(recording, settings);
-    start_from_measured_offset(of_run, evidence);
+    start_from_measured(of_run, evidence);
     of_all.wrong_lens = of_all.wrong_lens || evidence.has_wrong_lens();
   }
   const auto estimator = make_estimator(of_run, recording);

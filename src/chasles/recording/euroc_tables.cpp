@@ -9,6 +9,7 @@
 #include <chasles/calibration/imu_range.hpp>
 #include <chasles/calibration/kalibr.hpp>
 #include <chasles/calibration/lens.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/gzip.hpp>
 #include <chasles/codec/numbers.hpp>
@@ -103,6 +104,7 @@ EurocCamera read_euroc_camera(const std::filesystem::path& file) {
   result.exact =
       map.has(kExact) && map.flag(kExact, "the images are rendered with this calibration");
   result.camera.cam_T_imu = map.motion("T_BS").inverse();
+  result.camera.shutter = read_shutter(map);
   return result;
 }
 

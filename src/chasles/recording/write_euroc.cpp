@@ -10,6 +10,7 @@
 #include <chasles/calibration/imu_noise.hpp>
 #include <chasles/calibration/imu_range.hpp>
 #include <chasles/calibration/lens.hpp>
+#include <chasles/calibration/shutter.hpp>
 #include <chasles/codec/image_encode.hpp>
 #include <chasles/codec/numbers.hpp>
 #include <chasles/codec/text_file.hpp>
@@ -68,6 +69,7 @@ std::string camera_text(const Camera& c, std::size_t number, double rate, bool e
              rate, c.width, c.height, lens.camera_model, fmt::join(lens.intrinsics, ", "),
              lens.camera_model == "pinhole" ? "" : "its own, ", lens.distortion_model,
              fmt::join(lens.coefficients, ", ")) +
+         shutter_text(c.shutter, "") +
          (exact ? "# The images are rendered with this calibration.\ncalibration_is_exact: true\n"
                 : "");
 }

@@ -161,9 +161,9 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
   const Recording part = part_with(recording, frames, cameras);
   const bool images = recording.images != nullptr;
   InertialRunSettings settings;
-  start_from_measured_offset(
-      settings,
-      {.clock = images ? camera_clock(part.frames, part.cameras, part.imu) : std::nullopt});
+  const auto fit =
+      images ? fit_camera(part.frames, part.cameras, 0, gyroscope_rates(part.imu)) : std::nullopt;
+  start_from_measured(settings, fit ? evidence_of(*fit, settings) : TracksEvidence{});
   const TrialOutcome outcome = run_filter(part, images, settings);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;

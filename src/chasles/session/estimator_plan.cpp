@@ -108,7 +108,7 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
   std::ranges::move(mask_remarks(settings.frontend.mask, recording.cameras),
                     std::back_inserter(recording.remarks));
   std::ranges::move(remarks_of(evidence, settings), std::back_inserter(recording.remarks));
-  start_from_measured_offset(settings, evidence);
+  start_from_measured(settings, evidence);
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);

@@ -114,6 +114,11 @@ void validate(const InertialSettings& settings) {
         "exposure_time", fmt::format("{} s", settings.exposure_time),
         fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
   }
+  if (settings.readout_time * settings.frame_rate > 1) {
+    reject_setting(
+        "readout_time", fmt::format("{} s", settings.readout_time),
+        fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
+  }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
     reject_setting("image_border", fmt::format("{} px", settings.image_border),
                    fmt::format("less than half of the image of {} x {} px", settings.image_width,

@@ -88,6 +88,8 @@ struct Choices<Geometry> {
   FIELD(double, distortion_10, 0, -100, 100, "", "tenth coefficient of the lens model, in its order") \
   FIELD(double, distortion_11, 0, -100, 100, "", "eleventh coefficient of the lens model, in its order") \
   FIELD(double, distortion_12, 0, -100, 100, "", "twelfth coefficient of the lens model, in its order") \
+  FIELD(double, readout_time, 0, 0, 0.2, "s", "of a rolling shutter, all lines; the time of an image is that of its first line; 0: a global shutter") \
+  FIELD(ReadoutDirection, readout_direction, ReadoutDirection::kDown, 0, 0, "", "in which the lines are read: down, up, right or left") \
   /* the tracks */                                                                                \
   FIELD(int, landmarks_in_view, 35, 0, 100000, "", "tracks that are kept up at a time")           \
   FIELD(int, shortest_track, 5, 1, 100000, "frames", "no track begins whose landmark leaves the view sooner") \

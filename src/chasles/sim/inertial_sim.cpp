@@ -196,7 +196,7 @@ Recording simulate_inertial(const InertialScene& scene, std::uint64_t run) {
   Recording recording = simulate_sensors(scene, motion, run);
   recording.single_pixel_sigma = settings.pixel_sigma;
   const InertialWorld world = make_world(settings, motion, recording.cameras);
-  InertialTracks tracks = follow(settings, world, recording.cameras, recording.truth);
+  InertialTracks tracks = follow(settings, world, recording.cameras, recording.truth, motion);
   add_errors(settings, recording.cameras, run, tracks);
   recording.true_landmarks = observed_landmarks(tracks, world);
   recording.frames = std::move(tracks.frames);

@@ -8,14 +8,18 @@
 namespace chasles {
 namespace {
 
+// Of the search for the line at which a point is seen [px].
+constexpr double kSamePixel = 1e-6;
+
 class Tracker {
  public:
   Tracker(const InertialSettings& settings, const InertialWorld& world,
-          const std::vector<Camera>& cameras, const Trajectory& poses)
+          const std::vector<Camera>& cameras, const Trajectory& poses, const Spline& motion)
       : settings_(settings),
         world_(world),
         cameras_(cameras),
         poses_(poses),
+        motion_(motion),
         numbers_(world.points.size()),
         tracked_(world.points.size(), false) {}
 
@@ -36,8 +40,22 @@ class Tracker {
  private:
   std::optional<Eigen::Vector2d> visible_pixel_of(std::size_t point, std::size_t camera,
                                                   std::size_t pose) const {
-    return visible_pixel(settings_, world_, cameras_[camera], poses_[pose].pose,
-                         world_.points[point]);
+    const Camera& seeing = cameras_[camera];
+    auto pixel = pixel_from(poses_[pose].pose, point, seeing);
+    if (!pixel || !seeing.shutter.is_rolling()) return pixel;
+    const double time = to_seconds(poses_[pose].time - motion_.start);
+    Eigen::Vector2d before;
+    do {
+      before = *pixel;
+      const double at = time + line_delay(seeing, before);
+      pixel = pixel_from(motion_at(motion_, at).world_T_imu, point, seeing);
+    } while (pixel && (*pixel - before).norm() > kSamePixel);
+    return pixel;
+  }
+
+  std::optional<Eigen::Vector2d> pixel_from(const SE3& world_T_imu, std::size_t point,
+                                            const Camera& camera) const {
+    return visible_pixel(settings_, world_, camera, world_T_imu, world_.points[point]);
   }
 
   bool is_visible(std::size_t point, std::size_t pose) const {
@@ -90,6 +108,7 @@ class Tracker {
   const InertialWorld& world_;
   const std::vector<Camera>& cameras_;
   const Trajectory& poses_;
+  const Spline& motion_;
   InertialTracks tracks_;
   FeatureFrame frame_;
   std::map<LandmarkId, std::size_t> alive_;         // the point of each track
@@ -100,8 +119,9 @@ class Tracker {
 }  // namespace
 
 InertialTracks follow(const InertialSettings& settings, const InertialWorld& world,
-                      const std::vector<Camera>& cameras, const Trajectory& poses) {
-  return Tracker(settings, world, cameras, poses).follow_all();
+                      const std::vector<Camera>& cameras, const Trajectory& poses,
+                      const Spline& motion) {
+  return Tracker(settings, world, cameras, poses, motion).follow_all();
 }
 
 }  // namespace chasles

@@ -18,8 +18,10 @@ struct InertialTracks {
 /// fewer than `landmarks_in_view` remain, new tracks start at visible points of the smallest index,
 /// except at points that would be out of view before `shortest_track` frames. Landmarks are
 /// numbered in the order of their first frame. A point that comes back into view is a new landmark,
-/// unless `keep_ids`.
+/// unless `keep_ids`. With a rolling shutter a pixel is where the point is seen when its own line
+/// is exposed, by the motion after the pose.
 InertialTracks follow(const InertialSettings& settings, const InertialWorld& world,
-                      const std::vector<Camera>& cameras, const Trajectory& poses);
+                      const std::vector<Camera>& cameras, const Trajectory& poses,
+                      const Spline& motion);
 
 }  // namespace chasles

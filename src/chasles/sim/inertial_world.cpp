@@ -203,15 +203,17 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
     const Eigen::Vector3d aside(0, -i * settings.baseline, 0);
     const Eigen::Vector3d first(settings.camera_x, settings.camera_y, settings.camera_z);
     const SE3 imu_T_cam{tilt * imu_R_straight, first + tilt * aside};
-    cameras.push_back({.width = settings.image_width,
-                       .height = settings.image_height,
-                       .fx = settings.focal_length,
-                       .fy = settings.focal_length,
-                       .cx = settings.center_u,
-                       .cy = settings.center_v,
-                       .distortion = settings.distortion,
-                       .coefficients = lens_coefficients(settings),
-                       .cam_T_imu = imu_T_cam.inverse()});
+    cameras.push_back(
+        {.width = settings.image_width,
+         .height = settings.image_height,
+         .fx = settings.focal_length,
+         .fy = settings.focal_length,
+         .cx = settings.center_u,
+         .cy = settings.center_v,
+         .distortion = settings.distortion,
+         .coefficients = lens_coefficients(settings),
+         .cam_T_imu = imu_T_cam.inverse(),
+         .shutter = {.readout = settings.readout_time, .direction = settings.readout_direction}});
   }
   return cameras;
 }

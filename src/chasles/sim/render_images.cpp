@@ -21,6 +21,7 @@ class RenderedImages : public ImageSource {
     for (const Camera& camera : cameras) {
       rays_.push_back(make_rays(camera));
       imu_T_cam_.push_back(camera.cam_T_imu.inverse());
+      shutters_.push_back(camera.shutter);
     }
   }
 
@@ -43,11 +44,48 @@ class RenderedImages : public ImageSource {
  private:
   std::vector<float> light_of(double time, std::size_t camera) const {
     std::vector<float> light;
-    render(world_, rays_[camera], motion_at(motion_, time).world_T_imu * imu_T_cam_[camera], light);
+    if (shutters_[camera].is_rolling()) return light_of_lines(time, camera);
+    render(world_, rays_[camera], world_T_cam(time, camera), light);
     return light;
   }
 
-  // The mean over the exposure; the frame's time is its middle.
+  SE3 world_T_cam(double time, std::size_t camera) const {
+    return motion_at(motion_, time).world_T_imu * imu_T_cam_[camera];
+  }
+
+  // Some lines at a time: from the place of their middle, each with its own attitude.
+  std::vector<float> light_of_lines(double time, std::size_t camera) const {
+    const RayTable& rays = rays_[camera];
+    const Shutter& shutter = shutters_[camera];
+    const bool are_rows =
+        shutter.direction == ReadoutDirection::kDown || shutter.direction == ReadoutDirection::kUp;
+    const bool backwards =
+        shutter.direction == ReadoutDirection::kUp || shutter.direction == ReadoutDirection::kLeft;
+    const int count = are_rows ? rays.height : rays.width;
+    const auto pose_at = [&](double line) {
+      const double order = backwards ? count - 1 - line : line;
+      return world_T_cam(time + shutter.readout * order / count, camera);
+    };
+    std::vector<float> light(rays.x.size()), some;
+    for (int first = 0; first < count; first += kBlockEdge) {
+      const Lines lines{first, std::min(first + kBlockEdge, count), are_rows};
+      const SE3 middle = pose_at((lines.first + lines.last - 1) / 2.0);
+      std::vector<Eigen::Matrix3f> rotations;
+      for (int line = lines.first; line < lines.last; ++line) {
+        rotations.emplace_back((middle.R.transpose() * pose_at(line).R).cast<float>());
+      }
+      const RayTable part = rotated_lines(rays, lines, rotations);
+      render(world_, part, middle, some);
+      for (int v = 0; v < part.height; ++v) {
+        const std::size_t to = are_rows ? rays.at(0, v + first) : rays.at(first, v);
+        std::copy_n(some.begin() + static_cast<std::ptrdiff_t>(part.at(0, v)), part.width,
+                    light.begin() + static_cast<std::ptrdiff_t>(to));
+      }
+    }
+    return light;
+  }
+
+  // The mean over the exposure; the frame's time is its middle, that of the first line.
   std::vector<float> light_at(double time, std::size_t camera) const {
     if (settings_.exposure_time == 0) return light_of(time, camera);
     std::vector<float> sum;
@@ -69,6 +107,7 @@ class RenderedImages : public ImageSource {
   std::vector<Time> times_;
   std::vector<RayTable> rays_;
   std::vector<SE3> imu_T_cam_;
+  std::vector<Shutter> shutters_;
 };
 
 // The last entry that is not later, or the first.

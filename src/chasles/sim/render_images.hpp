@@ -13,8 +13,9 @@ namespace chasles {
 /// As `simulate_inertial`, with `images` instead of landmarks and their observations. IMU, truth
 /// and the frames' times are the same. Images are rendered on request: the view of the cameras in
 /// the rooms of `make_render_world`, at the pose of the frame's time or, with an exposure_time, as
-/// the mean of `blur_samples` instants about it. The same scene, run and frame give the same bytes,
-/// in any order of reading, and from several threads at a time.
+/// the mean of `blur_samples` instants about it; with a rolling shutter, each line at its own time.
+/// The same scene, run and frame give the same bytes, in any order of reading, and from several
+/// threads at a time.
 ///
 /// With real samples whose biases are known (`imu_truth`), `true_motion` has those biases and the
 /// velocity of the motion. Throws UsageError if the scene cannot be simulated.

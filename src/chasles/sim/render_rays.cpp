@@ -59,6 +59,12 @@ std::vector<RayBlock> make_blocks(const RayTable& rays, int edge) {
   return blocks;
 }
 
+void add_blocks(RayTable& rays) {
+  rays.blocks = make_blocks(rays, kBlockEdge);
+  rays.tiles = make_blocks(rays, kTileEdge);
+  rays.quarters = make_blocks(rays, kQuarterEdge);
+}
+
 // Whether the lens, which does not fold over, has this pixel at 90 degrees from its axis or beyond.
 bool is_beside(const Camera& camera, const Eigen::Vector2d& pixel) {
   constexpr double kNearlyBeside = 1e3;  // tangent of 89.94 degrees
@@ -102,10 +108,32 @@ RayTable make_rays(const Camera& camera) {
       rays.y.push_back(static_cast<float>(ray->ray.y()));
     }
   }
-  rays.blocks = make_blocks(rays, kBlockEdge);
-  rays.tiles = make_blocks(rays, kTileEdge);
-  rays.quarters = make_blocks(rays, kQuarterEdge);
+  add_blocks(rays);
   return rays;
+}
+
+RayTable rotated_lines(const RayTable& rays, const Lines& lines,
+                       const std::vector<Eigen::Matrix3f>& rotations) {
+  const int count = lines.last - lines.first;
+  RayTable part{.width = lines.are_rows ? rays.width : count,
+                .height = lines.are_rows ? count : rays.height,
+                .x = {},
+                .y = {},
+                .tiles = {},
+                .blocks = {},
+                .quarters = {}};
+  for (int v = 0; v < part.height; ++v) {
+    for (int u = 0; u < part.width; ++u) {
+      const std::size_t i =
+          lines.are_rows ? rays.at(u, v + lines.first) : rays.at(u + lines.first, v);
+      const Eigen::Matrix3f& R = rotations[static_cast<std::size_t>(lines.are_rows ? v : u)];
+      const Eigen::Vector3f ray = R * Eigen::Vector3f(rays.x[i], rays.y[i], 1);
+      part.x.push_back(ray.x() / ray.z());
+      part.y.push_back(ray.y() / ray.z());
+    }
+  }
+  add_blocks(part);
+  return part;
 }
 
 }  // namespace chasles

@@ -34,4 +34,14 @@ inline constexpr int kTileEdge = 64, kBlockEdge = 8, kQuarterEdge = 4;  ///< [px
 /// Throws UsageError if the lens model has no ray for a pixel.
 RayTable make_rays(const Camera& camera);
 
+/// Some lines of an image, rows or columns: [first, last).
+struct Lines {
+  int first = 0, last = 0;
+  bool are_rows = true;
+};
+
+/// The rays of these lines, those of line first + i rotated by `rotations[i]`.
+RayTable rotated_lines(const RayTable& rays, const Lines& lines,
+                       const std::vector<Eigen::Matrix3f>& rotations);
+
 }  // namespace chasles

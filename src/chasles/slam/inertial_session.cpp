@@ -4,6 +4,7 @@
 
 #include <chasles/base/validate.hpp>
 #include <chasles/estimate/plausible.hpp>
+#include <chasles/filter/readout.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
 
@@ -118,8 +119,10 @@ Time InertialSession::clock(Time of_cameras) const {
 }
 
 bool InertialSession::covered(const FeatureFrame& frame) const {
-  const bool shifted = settings_.estimates_time_offset() || settings_.initial_time_offset() != 0;
-  return !shifted || clock(frame.time) <= *gaps_.last();
+  const double readout = longest_readout(sensors_.cameras);
+  const bool waits =
+      settings_.estimates_time_offset() || settings_.initial_time_offset() != 0 || readout > 0;
+  return !waits || clock(frame.time) + from_seconds(readout) <= *gaps_.last();
 }
 
 std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <chasles/base/settings.hpp>
+#include <chasles/camera/rolling_shutter.hpp>
 #include <chasles/estimate/landmark_form.hpp>
 #include <chasles/filter/charts/error_chart_names.hpp>
 #include <chasles/filter/depth_rule_names.hpp>
@@ -58,7 +59,7 @@ struct InertialSlamSettings {
 
   /// Whether the filter estimates the time offset. `auto` is decided by for_images() alone.
   bool estimates_time_offset() const { return calibrate_time_offset == Toggle::kTrue; }
-  /// The time offset that a run starts from [s]. `auto` is decided by start_from_measured_offset()
+  /// The time offset that a run starts from [s]. `auto` is decided by start_from_measured()
   /// (pipeline/measured_offset.hpp) alone, and is 0 otherwise.
   double initial_time_offset() const { return time_offset.value_or(0); }
 
@@ -68,6 +69,7 @@ struct InertialSlamSettings {
   Toggle calibrate_time_offset = Toggle::kAuto;
   std::optional<double> time_offset;
   double initial_time_offset_sigma = 0.005;
+  std::optional<double> readout_time;
 
   std::string depth_rule = "constant";
   double fixed_depth = 8;
@@ -180,6 +182,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kClockOffset);
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);
+  visit("readout_time", s.readout_time, "s",
+        "of a rolling shutter, all lines (docs/inertial.md); 0: a global one; below 0: upwards; "
+        "auto: as the recording states it, or else as its images show it",
+        limits::from_to(-kLongestReadout, kLongestReadout));
   visit("depth_rule", s.depth_rule, "choice",
         "depth of an undelayed landmark initialisation: constant, as the next settings have it, or "
         "a rule that the program has registered (docs/python.md)",

@@ -63,8 +63,9 @@ class InertialSlam {
 
   /// The IMU's time of a camera time, by the present estimate of the time offset.
   Time clock(Time of_cameras) const { return context_.clock(of_cameras); }
-  /// Whether the samples reach the time of this frame. If a frame is processed earlier, the filter
-  /// holds the last sample; the error of this is not in the covariance.
+  /// Whether the samples reach the time of this frame, and the end of its readout. If a frame is
+  /// processed earlier, the filter holds the last sample; the error of this is not in the
+  /// covariance.
   bool covers(Time frame) const { return propagator_.covers(context_, frame); }
 
   const Ekf& filter() const { return context_.filter; }

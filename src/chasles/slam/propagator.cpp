@@ -4,6 +4,7 @@
 #include <string>
 
 #include <chasles/base/error.hpp>
+#include <chasles/filter/readout.hpp>
 #include <chasles/slam/imu_in_use.hpp>
 #include <chasles/slam/propagator.hpp>
 #include <chasles/slam/study_hooks.hpp>
@@ -29,11 +30,23 @@ Propagator::Propagator(const InertialSlamSettings& settings, const ImuNoise& noi
 void Propagator::propagate(SlamContext& x, Time frame) {
   if (!timed_.empty()) apply_timed(x, frame);
   advance_to(x, frame);
+  note_readout(x);
+}
+
+void Propagator::note_readout(SlamContext& x) {
+  const Time readout = from_seconds(longest_readout(x.cameras));
+  if (readout <= Time{}) return;
+  const State& state = x.state();
+  imu_.between(x.clock(x.now), x.clock(x.now) + readout, intervals_);
+  x.filter.set_readout(
+      measured_readout(intervals_, state.additive)
+          .motion(state.world_T_imu.R, *state.v_world, gravity_world(model_, state)));
 }
 
 bool Propagator::covers(const SlamContext& x, Time frame) const {
-  const bool shifted = x.state().time_offset || x.settings.initial_time_offset() != 0;
-  return !shifted || (imu_.latest() && x.clock(frame) <= *imu_.latest());
+  const double readout = longest_readout(x.cameras);
+  const bool waits = x.state().time_offset || x.settings.initial_time_offset() != 0 || readout > 0;
+  return !waits || (imu_.latest() && x.clock(frame) + from_seconds(readout) <= *imu_.latest());
 }
 
 void Propagator::advance_to(SlamContext& x, Time time) {

@@ -31,7 +31,7 @@ class Propagator {
   /// world changes.
   void note_prediction(const State& x);
 
-  /// Whether the samples reach the time of this frame.
+  /// Whether the samples reach the time of this frame, and the end of its readout.
   bool covers(const SlamContext& x, Time frame) const;
   /// The motion in nav at the time of the state.
   NavState motion(const SlamContext& x);
@@ -44,6 +44,8 @@ class Propagator {
 
  private:
   void apply_timed(SlamContext& x, Time frame);
+  /// The motion while the image of the present frame was read out.
+  void note_readout(SlamContext& x);
   void advance_to(SlamContext& x, Time time);
   const Prediction& predict_to(const SlamContext& x, Time time);
   Vector9d rate_at(const InertialState& state, const State& x, Time of_imu) const;

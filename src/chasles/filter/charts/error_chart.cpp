@@ -27,7 +27,8 @@ void retract_calibration(State& x, const ErrorRef& xi) {
   if (x.time_offset) *x.time_offset += xi[x.time_offset_row()];
   for (Landmark& landmark : x.landmarks) {
     if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
-    landmark.cam_T_imu = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)].inverse();
+    const SE3& imu_T_camera = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)];
+    landmark.cam_T_imu = (landmark.imu_T_line * imu_T_camera).inverse();
   }
 }
 

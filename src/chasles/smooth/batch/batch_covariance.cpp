@@ -30,8 +30,7 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   const BatchPoint& point = graph.points[i];
   const PointView& first = point.views.front();
   const auto k = static_cast<std::size_t>(first.keyframe);
-  const Landmark landmark =
-      landmark_of(input.cameras[static_cast<std::size_t>(first.camera)], point);
+  const Landmark landmark = landmark_of(input, graph, point);
   const Clone anchor = anchor_of(graph, point);
   State x;
   x.clones = {anchor};

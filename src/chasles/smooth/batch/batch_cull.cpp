@@ -9,7 +9,7 @@ namespace {
 bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const HomogeneousPoint& at,
              BatchPoint& point) {
   const PointView& first = point.views.front();
-  const SE3& cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu;
+  const SE3 cam_T_imu = cam_T_imu_of(input, graph, first);
   const SE3 imu_T_nav =
       graph.keyframes[static_cast<std::size_t>(first.keyframe)].state.world_T_imu.inverse();
   const SE3 cam_T_nav = cam_T_imu * imu_T_nav;
@@ -22,8 +22,7 @@ bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const Hom
 // The position of an anchored point.
 HomogeneousPoint place_of(const InertialBatchInput& input, const BatchGraph& graph,
                           const BatchPoint& point) {
-  const Camera& camera = input.cameras[static_cast<std::size_t>(point.views.front().camera)];
-  return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
+  return homogeneous(anchor_of(graph, point), landmark_of(input, graph, point));
 }
 
 // Whether the remaining part is still a landmark. A split one is triangulated from its own rays;

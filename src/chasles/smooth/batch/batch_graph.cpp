@@ -6,6 +6,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
+#include <chasles/filter/readout.hpp>
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/imu/time_gaps.hpp>
 #include <chasles/lie/small_matrices.hpp>
@@ -68,16 +69,27 @@ void add_motion(const InertialBatchInput& input, ImuBuffer& buffer, BatchGraph& 
     const bool is_known = known != input.initial.end() && known->time == keyframes[k + 1].time;
     keyframes[k + 1].state = is_known ? known->state : predicted;
   }
+  for (BatchKeyframe& keyframe : keyframes) set_readout(input, buffer, keyframe);
+}
+
+// At the present state of the keyframe.
+ReadoutMotion motion_of(const BatchGraph& graph, const BatchKeyframe& keyframe) {
+  const InertialState& state = keyframe.state;
+  return keyframe.readout.motion(state.world_T_imu.R, state.v_world, graph.gravity);
 }
 
 std::vector<View> views_of(const InertialBatchInput& input, const BatchGraph& graph,
-                           const BatchPoint& point) {
+                           const BatchPoint& point, std::vector<Camera>& at_lines) {
+  at_lines.reserve(point.views.size());
   std::vector<View> views;
   for (const PointView& view : point.views) {
-    const auto k = static_cast<std::size_t>(view.keyframe);
-    views.push_back({.world_T_imu = graph.keyframes[k].state.world_T_imu,
-                     .camera = &input.cameras[static_cast<std::size_t>(view.camera)],
-                     .pixel = view.pixel});
+    const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(view.keyframe)];
+    const Camera* camera = &input.cameras[static_cast<std::size_t>(view.camera)];
+    if (camera->shutter.is_rolling()) {
+      camera = &at_lines.emplace_back(at_line(*camera, motion_of(graph, keyframe), view.pixel));
+    }
+    views.push_back(
+        {.world_T_imu = keyframe.state.world_T_imu, .camera = camera, .pixel = view.pixel});
   }
   return views;
 }
@@ -139,7 +151,8 @@ InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& fro
 
 bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
            const BatchGraph& graph, BatchPoint& point) {
-  const std::vector<View> views = views_of(input, graph, point);
+  std::vector<Camera> at_lines;
+  const std::vector<View> views = views_of(input, graph, point, at_lines);
   const auto found = triangulate(views);
   const bool wide = found && found->parallax >= settings.min_parallax;
   // With good poses, rays that do not meet belong to a wrong track, and a depth that is hardly
@@ -149,11 +162,10 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
     point.parameters = found->p_world;
     return true;
   }
-  const PointView& first = point.views.front();
-  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  const View& first = views.front();
+  const Camera& camera = *first.camera;
   if (found) {
-    const Eigen::Vector3d p_cam =
-        camera.cam_T_imu * (views.front().world_T_imu.inverse() * found->p_world);
+    const Eigen::Vector3d p_cam = camera.cam_T_imu * (first.world_T_imu.inverse() * found->p_world);
     point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
     return true;
   }
@@ -211,11 +223,26 @@ Clone anchor_of(const BatchGraph& graph, const BatchPoint& point) {
   return {.id = k, .world_T_imu = graph.keyframes[static_cast<std::size_t>(k)].state.world_T_imu};
 }
 
-Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point) {
+SE3 cam_T_imu_of(const InertialBatchInput& input, const BatchGraph& graph, const PointView& view) {
+  const Camera& camera = input.cameras[static_cast<std::size_t>(view.camera)];
+  if (!camera.shutter.is_rolling()) return camera.cam_T_imu;
+  const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(view.keyframe)];
+  return at_line(camera, motion_of(graph, keyframe), view.pixel).cam_T_imu;
+}
+
+void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe) {
+  const Time readout = from_seconds(longest_readout(input.cameras));
+  if (readout <= Time{}) return;
+  const auto intervals = buffer.between(keyframe.time, keyframe.time + readout);
+  keyframe.readout = measured_readout(intervals, keyframe.state.biases());
+}
+
+Landmark landmark_of(const InertialBatchInput& input, const BatchGraph& graph,
+                     const BatchPoint& point) {
   Landmark landmark{.id = point.id};
   landmark.anchor = point.views.front().keyframe;
   landmark.camera = point.views.front().camera;
-  landmark.cam_T_imu = anchor_camera.cam_T_imu;
+  landmark.cam_T_imu = cam_T_imu_of(input, graph, point.views.front());
   landmark.inverse_depth = point.parameters;
   return landmark;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chasles/filter/readout.hpp>
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/numbered_detail.hpp>
@@ -30,6 +31,7 @@ struct BatchKeyframe {
   Time time{};  ///< on the IMU's clock
   InertialState state = {};
   int observations = 0;
+  MeasuredReadout readout = {};  ///< after this state
 };
 
 struct BatchGraph {
@@ -95,9 +97,15 @@ InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& fro
 bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
            const BatchGraph& graph, BatchPoint& point);
 
+/// The extrinsics of a view's camera at the line of its pixel (camera/rolling_shutter.hpp).
+SE3 cam_T_imu_of(const InertialBatchInput& input, const BatchGraph& graph, const PointView& view);
+/// Sets what the IMU measured during the readout of a keyframe, at the biases of its state.
+void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe);
+
 /// The graph's landmark in the form of the filter's charts and measurements.
 Clone anchor_of(const BatchGraph& graph, const BatchPoint& point);
-Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point);
+Landmark landmark_of(const InertialBatchInput& input, const BatchGraph& graph,
+                     const BatchPoint& point);
 
 /// The errors [rotation, position, velocity, biases] of a state against the prior's mean, reference
 /// chart, whitened; and their derivative by the state's own errors.

@@ -30,7 +30,8 @@ BatchProblem::BatchProblem(const InertialBatchInput& input, const std::string& c
     int matches = 0;
     for (const PointView& view : views) {
       const PixelTerm term{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
-                           .anchor_camera = &input.cameras[static_cast<std::size_t>(anchor.camera)],
+                           .cam_T_imu = cam_T_imu_of(input, graph, view),
+                           .of_anchor = cam_T_imu_of(input, graph, anchor),
                            .pixel = view.pixel,
                            .sigma = sigma_of(input, view, matches),
                            .least_depth = least_depth};

@@ -11,10 +11,12 @@ BatchTerms::Point point_of(const InertialBatchInput& input, const BatchPoint& po
   BatchTerms::Point result{.id = point.id};
   int matches = 0;
   for (const PointView& view : point.views) {
-    result.views.push_back({.keyframe = view.keyframe,
-                            .camera = view.camera,
-                            .pixel = view.pixel,
-                            .sigma = sigma_of(input, view, matches)});
+    result.views.push_back(
+        {.keyframe = view.keyframe,
+         .camera = view.camera,
+         .pixel = view.pixel,
+         .sigma = sigma_of(input, view, matches),
+         .delay = line_delay(input.cameras[static_cast<std::size_t>(view.camera)], view.pixel)});
   }
   return result;
 }
@@ -39,8 +41,7 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
   for (const BatchPoint& point : graph.points) {
     HomogeneousPoint at{.p_world = point.parameters, .w = 1};
     if (graph.anchored) {
-      const auto first = static_cast<std::size_t>(point.views.front().camera);
-      at = homogeneous(anchor_of(graph, point), landmark_of(input.cameras[first], point));
+      at = homogeneous(anchor_of(graph, point), landmark_of(input, graph, point));
       const double whitened = point.parameters.z() / settings.inverse_depth_sigma;
       terms.inverse_depth_cost += whitened * whitened / 2;
     }

@@ -15,6 +15,7 @@ struct BatchTerms {
     int keyframe = 0, camera = 0;
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
     double sigma = 1;  ///< [px]
+    double delay = 0;  ///< of its line after the keyframe [s] (camera/rolling_shutter.hpp)
   };
   struct Point {
     LandmarkId id = 0;  ///< the parts of a split landmark have the same one

@@ -75,9 +75,7 @@ void add_initial_error(const InertialBatchInput& input, const BatchSettings& set
   move_all(
       settings, graph.anchored, graph.keyframes, graph.points,
       [](BatchKeyframe& keyframe) -> SE3& { return keyframe.state.world_T_imu; },
-      [&](const BatchPoint& point) -> const SE3& {
-        return input.cameras[static_cast<std::size_t>(point.views.front().camera)].cam_T_imu;
-      },
+      [&](const BatchPoint& point) { return cam_T_imu_of(input, graph, point.views.front()); },
       scale);
   for (std::size_t k = 0; k < before.size(); ++k) {
     InertialState& state = graph.keyframes[k].state;

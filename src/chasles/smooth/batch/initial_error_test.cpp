@@ -79,9 +79,7 @@ TEST(InitialErrorGraph, TakesLandmarksAlongInBothForms) {
   double moved = 0;
   for (std::size_t i = 0; i < anchored.points.size(); ++i) {
     const BatchPoint& point = anchored.points[i];
-    const Camera& camera =
-        scene.input.cameras[static_cast<std::size_t>(point.views.front().camera)];
-    const Landmark landmark = landmark_of(camera, point);
+    const Landmark landmark = landmark_of(scene.input, anchored, point);
     const HomogeneousPoint at = homogeneous(anchor_of(anchored, point), landmark);
     EXPECT_LT((at.p_world / at.w - cartesian.points[i].parameters).norm(), 1e-9);
     EXPECT_EQ(point.parameters.head<2>(), before.points[i].parameters.head<2>());

@@ -41,7 +41,7 @@ bool LinkCost::Evaluate(const double* const* x, double* residuals, double** jaco
 
 std::optional<PredictedView<2>> PixelTerm::see(const SE3& world_T_imu,
                                                const HomogeneousPoint& point) const {
-  const auto seen = chasles::see(*camera, world_T_imu, point, pixel, least_depth);
+  const auto seen = chasles::see(*camera, cam_T_imu, world_T_imu, point, pixel, least_depth);
   if (!seen) return std::nullopt;
   return PredictedView<2>{.residual = -seen->residual / sigma,
                           .d_w = seen->d_w / sigma,

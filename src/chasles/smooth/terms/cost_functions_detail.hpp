@@ -60,13 +60,14 @@ inline constexpr double kLeastDepthOnTheWay = kMinDepth;
 struct PixelTerm {
   static constexpr int kRows = 2, kNumbers = kMotionNumbers;  // of the residual; of a motion
   const Camera* camera = nullptr;
-  const Camera* anchor_camera = nullptr;  ///< of an anchored landmark
+  SE3 cam_T_imu = {};  ///< at the line of the pixel (camera/rolling_shutter.hpp)
+  SE3 of_anchor = {};  ///< the same of the anchor of an anchored landmark
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double sigma = 1;
   double least_depth = kLeastDepth;
 
   std::optional<PredictedView<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
-  const SE3& anchor_cam_T_imu() const { return anchor_camera->cam_T_imu; }
+  const SE3& anchor_cam_T_imu() const { return of_anchor; }
 };
 
 /// A Cartesian landmark. Blocks: motion, point.

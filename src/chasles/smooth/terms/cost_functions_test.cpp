@@ -78,8 +78,11 @@ TEST_P(CostFunctions, OfSamples) {
 TEST_P(CostFunctions, OfPixels) {
   Random random(3);
   const Camera anchor = fisheye(0), other = fisheye(0.2);
-  const PixelTerm term{
-      .camera = &other, .anchor_camera = &anchor, .pixel = {300, 200}, .sigma = 0.7};
+  const PixelTerm term{.camera = &other,
+                       .cam_T_imu = other.cam_T_imu,
+                       .of_anchor = anchor.cam_T_imu,
+                       .pixel = {300, 200},
+                       .sigma = 0.7};
   for (int trial = 0; trial < 10; ++trial) {
     const InertialState view = random_motion(random), from = random_motion(random);
     expect_numeric(PointCost(term),
@@ -96,7 +99,8 @@ TEST_P(CostFunctions, OfPixels) {
 TEST_P(CostFunctions, BothFormsOfALandmarkAreSeenAtTheSamePixel) {
   Random random(4);
   const Camera anchor = fisheye(0), other = fisheye(0.2);
-  const PixelTerm term{.camera = &other, .anchor_camera = &anchor};
+  const PixelTerm term{
+      .camera = &other, .cam_T_imu = other.cam_T_imu, .of_anchor = anchor.cam_T_imu};
   const InertialState view = random_motion(random), from = random_motion(random);
   const Eigen::Vector3d a(0.1, -0.2, 0.25);
   const Eigen::Vector3d p =
@@ -110,7 +114,8 @@ TEST_P(CostFunctions, BothFormsOfALandmarkAreSeenAtTheSamePixel) {
 
 TEST_P(CostFunctions, APointBehindTheCameraCountsAndDoesNotPull) {
   const Camera camera = test::small_camera(0);
-  const PixelTerm term{.camera = &camera, .anchor_camera = &camera};
+  const PixelTerm term{
+      .camera = &camera, .cam_T_imu = camera.cam_T_imu, .of_anchor = camera.cam_T_imu};
   const Blocks behind{&chart(), {motion_numbers({}), {-5, 0, 0}}};
   EXPECT_EQ(residual(PointCost(term), behind), Eigen::Vector2d(kNotSeen, kNotSeen));
   for (const Eigen::MatrixXd& J : jacobians(PointCost(term), behind)) EXPECT_TRUE(J.isZero(0));
@@ -120,8 +125,10 @@ TEST_P(CostFunctions, APointBehindTheCameraCountsAndDoesNotPull) {
 TEST_P(CostFunctions, APointThatComesNearerCostsMoreAndMore) {
   Camera camera = test::small_camera(0);
   camera.cam_T_imu.p.setZero();
-  const PixelTerm term{
-      .camera = &camera, .anchor_camera = &camera, .pixel = {camera.cx, camera.cy}};
+  const PixelTerm term{.camera = &camera,
+                       .cam_T_imu = camera.cam_T_imu,
+                       .of_anchor = camera.cam_T_imu,
+                       .pixel = {camera.cx, camera.cy}};
   double before = 0;
   for (double depth = 1; depth > 2e-4; depth *= 0.8) {
     const Blocks near{&chart(), {motion_numbers({}), {depth, 0.01, 0}}};

@@ -49,7 +49,7 @@ struct InertialWindow::Implementation {
   void push(Time time);
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
-  WindowView view_of(const PointView& view, int anchor_camera, int& matches) const;
+  WindowView view_of(const PointView& view, const SE3& anchor_cam_T_imu, int& matches) const;
   void initialise_landmarks();
   void read_states();
   Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
@@ -78,7 +78,8 @@ void InertialWindow::Implementation::check_gap(Time frame) const {
 std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
   std::vector<Estimate> estimates;
   const auto covered = [&](const FeatureFrame& frame) {
-    return all || buffer.latest() >= frame.time + input.time_offset;
+    return all || buffer.latest() >=
+                      frame.time + input.time_offset + from_seconds(longest_readout(input.cameras));
   };
   while (const auto frame = waiting.next(covered)) {
     if (auto found = take(*frame)) estimates.push_back(std::move(*found));
@@ -120,6 +121,7 @@ void InertialWindow::Implementation::drop() {
 }
 
 void InertialWindow::Implementation::push_start() {
+  set_readout(input, buffer, graph.keyframes.back());
   push_keyframe();
   sliding.window.terms.push_back({.cost = std::make_unique<StartCost>(graph)});
 }
@@ -129,6 +131,7 @@ void InertialWindow::Implementation::push(Time time) {
   const InertialState state = add_link(input, graph.keyframes.back(), time, buffer, graph);
   buffer.drop_before(from);
   graph.keyframes.push_back({.time = time, .state = state});
+  set_readout(input, buffer, graph.keyframes.back());
   push_keyframe();
   sliding.window.terms.push_back(
       {.first = sliding.window.last() - 1,
@@ -155,19 +158,21 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
     seen.push_back(o.landmark);
     return;
   }
-  const int anchor_camera = sliding.window.points.at(*track.point).camera;
-  sliding.observe(*track.point, view_of(views.back(), anchor_camera, track.matches));
+  const SE3& anchor_cam_T_imu = sliding.window.points.at(*track.point).cam_T_imu;
+  sliding.observe(*track.point, view_of(views.back(), anchor_cam_T_imu, track.matches));
   ++report.observations;
 }
 
-WindowView InertialWindow::Implementation::view_of(const PointView& view, int anchor_camera,
+WindowView InertialWindow::Implementation::view_of(const PointView& view,
+                                                   const SE3& anchor_cam_T_imu,
                                                    int& matches) const {
-  const auto camera = [&](int i) { return &input.cameras[static_cast<std::size_t>(i)]; };
-  WindowView made = window_view(PixelTerm{.camera = camera(view.camera),
-                                          .anchor_camera = camera(anchor_camera),
-                                          .pixel = view.pixel,
-                                          .sigma = sigma_of(input, view, matches)},
-                                graph.anchored);
+  WindowView made =
+      window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                            .cam_T_imu = cam_T_imu_of(input, graph, view),
+                            .of_anchor = anchor_cam_T_imu,
+                            .pixel = view.pixel,
+                            .sigma = sigma_of(input, view, matches)},
+                  graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
   return made;
@@ -183,12 +188,11 @@ void InertialWindow::Implementation::initialise_landmarks() {
     const PointView& first = point.views.front();
     WindowPoint made{.id = id,
                      .anchor = first.keyframe,
-                     .camera = first.camera,
-                     .cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu,
+                     .cam_T_imu = cam_T_imu_of(input, graph, first),
                      .parameters = point.parameters};
     track.matches = 0;
     for (const PointView& view : point.views) {
-      made.views.push_back(view_of(view, first.camera, track.matches));
+      made.views.push_back(view_of(view, made.cam_T_imu, track.matches));
     }
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
