@@ -155,15 +155,118 @@ TEST(Camera, UnprojectionJacobianIsTheDerivative) {
 
 TEST(Camera, PointsBehindOrTooNearOrNotFiniteAreNotSeen) {
   for (const auto& [camera, largest_angle, sees_all] : lenses()) {
-    for (const double z : {-10.0, -1e-9, 0.0, 0.5 * kMinDepth, kMinDepth, kNaN, kInfinity}) {
+    for (const double z : {-1e-9, 0.0, 0.5 * kMinDepth, kNaN, kInfinity}) {
       EXPECT_FALSE(project(camera, {0.01, 0.01, z})) << z;
     }
+    for (const double z : {-0.3, -1e-9, 0.0, kMinDepth}) {
+      const bool wide = test::widest_angle(camera) > std::atan2(1.0, z);
+      EXPECT_EQ(project(camera, {0, 1, z}).has_value(), wide) << z;
+    }
+    EXPECT_FALSE(project(camera, {0, 0, -10}));
     EXPECT_FALSE(project(camera, {kNaN, 0, 1}));
     EXPECT_FALSE(project(camera, {0, -kInfinity, 1}));
     EXPECT_TRUE(project(camera, {0.01, 0.01, 1.001 * kMinDepth}));
     EXPECT_FALSE(unproject(camera, {kNaN, 1}));
     EXPECT_FALSE(unproject(camera, {1, kInfinity}));
   }
+}
+
+// Unit vectors on both sides of 90 degrees, where the lens has them.
+std::vector<Eigen::Vector3d> wide_directions(const Camera& camera) {
+  std::vector<Eigen::Vector3d> all;
+  for (const double angle : {1.45, std::numbers::pi / 2, 1.6, 1.75, 1.9}) {
+    if (angle > test::widest_angle(camera)) break;
+    for (int i = 0; i < 12; ++i) {
+      const double around = 0.1 + i * std::numbers::pi / 6;
+      all.emplace_back(std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around),
+                       std::cos(angle));
+    }
+  }
+  return all;
+}
+
+TEST(Camera, ADirectionBeyond90DegreesHasAPixelAndComesBack) {
+  int wide = 0;
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
+    for (const Eigen::Vector3d& direction : wide_directions(camera)) {
+      ++wide;
+      const auto pixel = [&](const Eigen::Vector3d& q) { return project(camera, q)->pixel; };
+      for (const double distance : {0.2, 3.0, 50.0}) {
+        const auto seen = project(camera, distance * direction);
+        ASSERT_TRUE(seen) << name_of(camera.distortion);
+        EXPECT_TRUE(test::agree(
+            seen->d_point,
+            test::numeric_derivative(pixel, Eigen::Vector3d(distance * direction), 1e-4 * distance),
+            1e-8));
+        const auto back = bearing(camera, seen->pixel);
+        ASSERT_TRUE(back);
+        EXPECT_LT((back->bearing - direction).norm(), 1e-12);
+      }
+      EXPECT_FALSE(project(camera, kMinDepth * 0.99 * direction));
+    }
+  }
+  EXPECT_GT(wide, 500);
+}
+
+TEST(Camera, TheJacobianOfABearingIsTheDerivative) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
+    std::vector<Eigen::Vector3d> all = wide_directions(camera);
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      all.emplace_back(xy.x(), xy.y(), 1);
+    }
+    for (const Eigen::Vector3d& direction : all) {
+      const Eigen::Vector2d pixel = project(camera, direction)->pixel;
+      const auto at = [&](const Eigen::Vector2d& q) { return bearing(camera, q)->bearing; };
+      const Eigen::MatrixXd expected = test::numeric_derivative(at, pixel, 1e-3);
+      EXPECT_TRUE(test::agree(1e3 * bearing(camera, pixel)->d_pixel, 1e3 * expected, 1e-6));
+      EXPECT_LT((at(pixel) - direction.normalized()).norm(), 1e-12);
+    }
+  }
+  EXPECT_FALSE(bearing(fisheye_camera(), {kNaN, 1}));
+  EXPECT_FALSE(bearing(fisheye_camera(), {1, kInfinity}));
+  EXPECT_FALSE(bearing(fisheye_camera(), {1e5, 1}));
+}
+
+TEST(Camera, TheDerivativeByItsParametersIsTheDerivative) {
+  for (const auto& [camera, largest_angle, sees_all] : lenses()) {
+    std::vector<Eigen::Vector3d> points = wide_directions(camera);
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      points.emplace_back(3 * xy.x(), 3 * xy.y(), 3);
+    }
+    Eigen::VectorXd parameters(4 + static_cast<int>(camera.coefficients.size()));
+    parameters.head<4>() << camera.fx, camera.fy, camera.cx, camera.cy;
+    for (std::size_t i = 0; i < camera.coefficients.size(); ++i) {
+      parameters[4 + static_cast<int>(i)] = camera.coefficients[i];
+    }
+    for (const Eigen::Vector3d& p : points) {
+      const auto pixel = [&](const Eigen::VectorXd& at) {
+        Camera moved = camera;
+        moved.fx = at[0], moved.fy = at[1], moved.cx = at[2], moved.cy = at[3];
+        for (std::size_t i = 0; i < moved.coefficients.size(); ++i) {
+          moved.coefficients[i] = at[4 + static_cast<int>(i)];
+        }
+        return project(moved, p)->pixel;
+      };
+      const auto d = parameter_derivative(camera, p);
+      ASSERT_TRUE(d);
+      EXPECT_TRUE(test::agree(*d, test::numeric_derivative(pixel, parameters, 1e-6), 1e-7, 1e-6))
+          << name_of(camera.distortion) << " " << p.transpose();
+    }
+    EXPECT_FALSE(parameter_derivative(camera, {0, 0, -1}));
+  }
+}
+
+// projectaria-tools 2.3.0, KANNALA_BRANDT_K3, 95 degrees from the axis: its jacobian_wrt_params.
+TEST(Camera, TheDerivativeByItsParametersIsThatOfAnotherProgram) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const Eigen::Vector3d p(std::sin(95 * kDegree) * std::cos(200 * kDegree),
+                          std::sin(95 * kDegree) * std::sin(200 * kDegree), std::cos(95 * kDegree));
+  Eigen::Matrix<double, 2, 8> expected;
+  expected << -1.5329966152437526, 0, 1, 0, -818.0374025449086, -2248.9256967415663,
+      -6182.684035876813, -16997.263156746554,  //
+      0, -0.5579651371795638, 0, 1, -297.7331937081867, -818.5198232015034, -2250.2519542059317,
+      -6186.330146045893;
+  EXPECT_TRUE(test::agree(*parameter_derivative(fisheye_camera(), p), expected, 1e-13));
 }
 
 // 1 + 3 k1 r^2 + 5 k2 r^4 = (1 - r^2 / 1.44) (1 - r^2 / 9): falls from r = 1.2 to r = 3.

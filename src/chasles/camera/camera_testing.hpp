@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
@@ -103,6 +104,23 @@ inline std::vector<Lens> lenses() {
                   {0.04, -0.02, -0.012, 0.014, -0.0042, 5e-4, -4.9e-4, 2.1e-4, -6e-4, 8e-5, 4e-4,
                    -1.1e-4},
                   300, 1.5)};
+}
+
+/// Up to which angle from the axis the tests of directions go [rad]; none for models that end
+/// before 90 degrees.
+inline double widest_angle(const Camera& camera) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  switch (camera.distortion) {
+    case Distortion::kNone:
+    case Distortion::kRadtan:
+      return 0;
+    case Distortion::kEquidistant:
+      return 150 * kDegree;
+    case Distortion::kDivision:
+      return camera.coefficients[0] < 0 ? 110 * kDegree : 0;
+    default:
+      return 110 * kDegree;
+  }
 }
 
 }  // namespace chasles::test

@@ -88,6 +88,38 @@ inline DistortedPoint axis_point(const Eigen::Vector2d& xy, double slope) {
   return {.xy = slope * xy, .d_xy = slope * Eigen::Matrix2d::Identity()};
 }
 
+/// The image of a unit bearing by such a map of the angle theta from the axis: the radius over sin
+/// theta, and the slope of the radius by theta. The bearing is not straight behind.
+inline DistortedBearing radial_bearing(const Eigen::Vector3d& bearing, double across,
+                                       double slope) {
+  const double sine = bearing.head<2>().norm();
+  DistortedBearing bent;
+  bent.xy = across * bearing.head<2>();
+  if (sine < kNearAxis) {
+    bent.d_bearing << across * Eigen::Matrix2d::Identity(), -bent.xy;
+    return bent;
+  }
+  const Eigen::Vector2d radial = bearing.head<2>() / sine;
+  const Eigen::Vector2d tangential(-radial.y(), radial.x());
+  bent.d_bearing << slope * bearing.z() * radial * radial.transpose() +
+                        across * tangential * tangential.transpose(),
+      -slope * sine * radial;
+  return bent;
+}
+
+/// Whether a unit vector is finite and not straight behind the camera.
+inline bool may_have_image(const Eigen::Vector3d& bearing) {
+  return bearing.allFinite() && (bearing.z() > 0 || bearing.head<2>().norm() >= kNearAxis);
+}
+
+/// (x/z, y/z), of models that end before 90 degrees.
+inline Eigen::Vector2d on_plane(const Eigen::Vector3d& bearing) {
+  return bearing.head<2>() / bearing.z();
+}
+
+/// The derivatives of radtan at (x/z, y/z), which omni has, too.
+LensDerivative radtan_by_coefficients(const LensCoefficients& k, const Eigen::Vector2d& xy);
+
 /// Newton's method on the plane, starting from the axis. A step is halved until it stays before the
 /// fold and reduces the residual. The iteration ends when round-off prevents a reduction.
 template <typename Distort>
@@ -149,15 +181,12 @@ std::optional<DistortedPoint> distort_angle(const Polynomial<N>& c, const Eigen:
   return radial_point(xy, r, across, along);
 }
 
-/// Its inverse. Newton's method in theta, within the bracket given by the signs of the residual:
-/// theta_d rises up to the fold.
+/// Its inverse, an angle below `high`. Newton's method in theta, within the bracket given by the
+/// signs of the residual: theta_d rises up to the fold.
 template <std::size_t N>
-std::optional<Eigen::Vector2d> undistort_angle(const Polynomial<N>& c,
-                                               const Eigen::Vector2d& target) {
-  const double theta_d = target.norm();
-  if (theta_d < kNearAxis) return target;
+std::optional<double> solve_angle(const Polynomial<N>& c, double theta_d, double high) {
+  const double end = high, tolerance = kConverged * std::max(1.0, theta_d);
   double low = 0;
-  double high = std::numbers::pi / 2;
   double theta = std::min(theta_d, (low + high) / 2);
   double moved = high;
   for (int i = 0; i < 2 * kMaxIterations && moved > 1e-16 * theta; ++i) {
@@ -170,9 +199,58 @@ std::optional<Eigen::Vector2d> undistort_angle(const Polynomial<N>& c,
     theta = next;
   }
   const double residual = theta_d - theta * angle_scale(c, theta * theta);
-  if (!(std::abs(residual) <= kConverged && theta < std::numbers::pi / 2)) return std::nullopt;
+  if (!(std::abs(residual) <= tolerance && theta < end)) return std::nullopt;
   if (!angle_rises(c, theta)) return std::nullopt;
-  return std::tan(theta) / theta_d * target;
+  return theta;
+}
+
+template <std::size_t N>
+std::optional<Eigen::Vector2d> undistort_angle(const Polynomial<N>& c,
+                                               const Eigen::Vector2d& target) {
+  const double theta_d = target.norm();
+  if (theta_d < kNearAxis) return target;
+  const auto theta = solve_angle(c, theta_d, std::numbers::pi / 2);
+  if (!theta) return std::nullopt;
+  return std::tan(*theta) / theta_d * target;
+}
+
+/// The same two maps for unit bearings.
+template <std::size_t N>
+std::optional<DistortedBearing> distort_angle(const Polynomial<N>& c,
+                                              const Eigen::Vector3d& bearing) {
+  if (!may_have_image(bearing)) return std::nullopt;
+  const double sine = bearing.head<2>().norm();
+  if (sine < kNearAxis) return radial_bearing(bearing, 1, 1);
+  const double theta = std::atan2(sine, bearing.z());
+  if (!angle_rises(c, theta)) return std::nullopt;
+  return radial_bearing(bearing, theta * angle_scale(c, theta * theta) / sine,
+                        angle_slope(c, theta * theta));
+}
+
+template <std::size_t N>
+std::optional<Eigen::Vector3d> bearing_of_angle(const Polynomial<N>& c,
+                                                const Eigen::Vector2d& target) {
+  const double theta_d = target.norm();
+  if (theta_d < kNearAxis) return Eigen::Vector3d(target.x(), target.y(), 1);
+  const auto theta = solve_angle(c, theta_d, std::numbers::pi);
+  if (!theta) return std::nullopt;
+  const double across = std::sin(*theta) / theta_d;
+  return Eigen::Vector3d(across * target.x(), across * target.y(), std::cos(*theta));
+}
+
+/// d theta_d / d c: the powers of theta, in the direction of the bearing.
+template <std::size_t N>
+LensDerivative angle_by_coefficients(const Eigen::Vector3d& bearing) {
+  LensDerivative d = LensDerivative::Zero(2, static_cast<Eigen::Index>(N));
+  const double sine = bearing.head<2>().norm();
+  if (sine < kNearAxis) return d;
+  const double theta = std::atan2(sine, bearing.z());
+  double power = theta;
+  for (Eigen::Index i = 0; i < d.cols(); ++i) {
+    power *= theta * theta;
+    d.col(i) = power / sine * bearing.head<2>();
+  }
+  return d;
 }
 
 }  // namespace chasles::lens

@@ -36,4 +36,31 @@ OptionalXy undistort_fisheye624(const LensCoefficients& k, const Eigen::Vector2d
   return undistort_angle(fisheye624_polynomial(k), *radial);
 }
 
+OptionalImage distort_bearing_fisheye624(const LensCoefficients& k,
+                                         const Eigen::Vector3d& bearing) {
+  const OptionalImage radial = distort_angle(fisheye624_polynomial(k), bearing);
+  if (!radial) return std::nullopt;
+  const OptionalPoint bent = shift_fisheye624(k, radial->xy);
+  if (!bent) return std::nullopt;
+  return DistortedBearing{.xy = bent->xy, .d_bearing = bent->d_xy * radial->d_bearing};
+}
+
+OptionalBearing bearing_of_fisheye624(const LensCoefficients& k, const Eigen::Vector2d& xy) {
+  const auto shift = [&](const Eigen::Vector2d& q) { return shift_fisheye624(k, q); };
+  const OptionalXy radial = solve_on_plane(shift, xy);
+  if (!radial) return std::nullopt;
+  return bearing_of_angle(fisheye624_polynomial(k), *radial);
+}
+
+LensDerivative by_coefficients_fisheye624(const LensCoefficients& k,
+                                          const Eigen::Vector3d& bearing) {
+  const Eigen::Vector2d q = distort_angle(fisheye624_polynomial(k), bearing)->xy;
+  const double x = q.x(), y = q.y(), t = q.squaredNorm();
+  LensDerivative d(2, 12);
+  d.leftCols<6>() = shift_fisheye624(k, q)->d_xy * angle_by_coefficients<6>(bearing);
+  d.rightCols<6>() << t + 2 * x * x, 2 * x * y, t, t * t, 0, 0,  //
+      2 * x * y, t + 2 * y * y, 0, 0, t, t * t;
+  return d;
+}
+
 }  // namespace chasles::lens

@@ -34,7 +34,19 @@ struct DistortedPoint {
   Eigen::Matrix2d d_xy;  ///< d xy / d (x/z, y/z)
 };
 
-/// A lens model: how it distorts a direction (x/z, y/z) in front of the camera.
+/// The image of a unit vector on the same plane, and its derivative by a point at that vector. The
+/// length of the point has no effect: d_bearing times the vector is zero.
+struct DistortedBearing {
+  Eigen::Vector2d xy;
+  Eigen::Matrix<double, 2, 3> d_bearing;
+};
+
+/// Derivatives of a point of the plane by the coefficients of the lens model, in their order.
+using LensDerivative =
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, static_cast<int>(LensCoefficients::kMost)>;
+
+/// A lens model: how it distorts a direction (x/z, y/z) in front of the camera, and where it sees
+/// more than 90 degrees to each side, any direction.
 ///
 /// Invariants (lens_model_test.cpp asserts them for each model of kLensModels):
 ///   1. undistort(distort(xy)) = xy to 1e-12, relative to 1 + |xy|
@@ -42,6 +54,10 @@ struct DistortedPoint {
 ///   3. the axis stays: distort(0) = 0, with the derivative axis_slope times the identity
 ///   4. along a ray from the axis, distort is none from the first fold on
 ///   5. what is not finite, or where no direction leads, is none
+///   6. distort_bearing is distort in front of the camera, and goes on smoothly beyond 90 degrees
+///   7. bearing_of(distort_bearing(b)) = b to 1e-12; d_bearing is its derivative
+///   8. straight behind, and from the first fold on, distort_bearing is none
+///   9. by_coefficients is the derivative of distort and of distort_bearing
 struct LensModel {
   using Coefficients = LensCoefficients;
 
@@ -64,17 +80,30 @@ struct LensModel {
   bool (*is_within)(const Coefficients& k);
   /// The slope of distort at the axis. Null where it is 1.
   double (*axis_slope)(const Coefficients& k);
+
+  /// The same map for a unit vector of any direction. Null for models that end before 90 degrees;
+  /// so is bearing_of.
+  std::optional<DistortedBearing> (*distort_bearing)(const Coefficients& k,
+                                                     const Eigen::Vector3d& bearing);
+  /// The unit vector that distort_bearing maps to a finite `xy`, to round-off; none if none does.
+  std::optional<Eigen::Vector3d> (*bearing_of)(const Coefficients& k, const Eigen::Vector2d& xy);
+  /// At a unit vector that the model maps.
+  LensDerivative (*by_coefficients)(const Coefficients& k, const Eigen::Vector3d& bearing);
 };
 
-// The functions of the models, one .cpp each. r = |(x/z, y/z)|, and theta = atan r.
+// The functions of the models, one .cpp each. r = |(x/z, y/z)|, and theta = atan r. Functions of a
+// bearing have the same formulas, with both sides of a fraction times z, and theta to 180 degrees.
 namespace lens {
 
 using OptionalPoint = std::optional<DistortedPoint>;
 using OptionalXy = std::optional<Eigen::Vector2d>;
+using OptionalImage = std::optional<DistortedBearing>;
+using OptionalBearing = std::optional<Eigen::Vector3d>;
 
 /// The identity: a pinhole camera.
 OptionalPoint distort_none(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_none(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_none(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 
 /// x r_d / r + [2 p1 x y + p2 (r^2 + 2 x^2) + s1 r^2 + s2 r^4,
 ///              p1 (r^2 + 2 y^2) + 2 p2 x y + s3 r^2 + s4 r^4],
@@ -82,39 +111,62 @@ OptionalXy undistort_none(const LensCoefficients& k, const Eigen::Vector2d& xy);
 /// (Brown 1966, as OpenCV's calib3d, also with its rational and thin prism terms).
 OptionalPoint distort_radtan(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_radtan(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_radtan(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 
 /// x theta_d / r,  theta_d = theta (1 + k1 theta^2 + ... + k4 theta^8)
 /// (Kannala & Brandt 2006, as OpenCV fisheye).
 OptionalPoint distort_equidistant(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_equidistant(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_equidistant(const LensCoefficients& k,
+                                          const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_equidistant(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_equidistant(const LensCoefficients& k,
+                                           const Eigen::Vector3d& bearing);
 
 /// x / (alpha sqrt(x^2 + y^2 + w^2) + (1 - alpha) w),  w = 1 + xi sqrt(1 + r^2)
 /// (Usenko, Demmel & Cremers 2018, eq. 40 to 46).
 OptionalPoint distort_double_sphere(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_double_sphere(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_double_sphere(const LensCoefficients& k,
+                                            const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_double_sphere(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_double_sphere(const LensCoefficients& k,
+                                             const Eigen::Vector3d& bearing);
 bool double_sphere_within(const LensCoefficients& k);
 double double_sphere_slope(const LensCoefficients& k);
 
 /// x / (alpha sqrt(beta r^2 + 1) + 1 - alpha)  (Khomutenko, Garcia & Martinet 2016).
 OptionalPoint distort_eucm(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_eucm(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_eucm(const LensCoefficients& k, const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_eucm(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_eucm(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 bool eucm_within(const LensCoefficients& k);
 
 /// x / (1 + xi sqrt(1 + r^2)), and then radtan with k1, k2, p1, p2  (Mei & Rives 2007).
 OptionalPoint distort_omni(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_omni(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_omni(const LensCoefficients& k, const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_omni(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_omni(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 bool omni_within(const LensCoefficients& k);
 double omni_slope(const LensCoefficients& k);
 
 /// x r_d / r,  r_d = atan(2 r tan(w / 2)) / w  (Devernay & Faugeras 2001).
 OptionalPoint distort_fov(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_fov(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_fov(const LensCoefficients& k, const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_fov(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_fov(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 bool fov_within(const LensCoefficients& k);
 double fov_slope(const LensCoefficients& k);
 
 /// x r_d / r,  r = r_d / (1 + lambda r_d^2)  (Fitzgibbon 2001).
 OptionalPoint distort_division(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_division(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_division(const LensCoefficients& k, const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_division(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_division(const LensCoefficients& k, const Eigen::Vector3d& bearing);
 
 /// q = x theta_d / r,  theta_d = theta (1 + k0 theta^2 + ... + k5 theta^12), then
 /// q + [p0 (|q|^2 + 2 qx^2) + 2 p1 qx qy + s0 |q|^2 + s1 |q|^4,
@@ -122,6 +174,10 @@ OptionalXy undistort_division(const LensCoefficients& k, const Eigen::Vector2d& 
 /// (Project Aria's FISHEYE624, COLMAP's RAD_TAN_THIN_PRISM_FISHEYE).
 OptionalPoint distort_fisheye624(const LensCoefficients& k, const Eigen::Vector2d& xy);
 OptionalXy undistort_fisheye624(const LensCoefficients& k, const Eigen::Vector2d& xy);
+OptionalImage distort_bearing_fisheye624(const LensCoefficients& k, const Eigen::Vector3d& bearing);
+OptionalBearing bearing_of_fisheye624(const LensCoefficients& k, const Eigen::Vector2d& xy);
+LensDerivative by_coefficients_fisheye624(const LensCoefficients& k,
+                                          const Eigen::Vector3d& bearing);
 
 }  // namespace lens
 
@@ -138,7 +194,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_none,
               &lens::undistort_none,
               nullptr,
-              nullptr},
+              nullptr,
+              nullptr,
+              nullptr,
+              &lens::by_coefficients_none},
     LensModel{Distortion::kRadtan,
               "radtan",
               "radial-tangential (Brown-Conrady)",
@@ -149,7 +208,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_radtan,
               &lens::undistort_radtan,
               nullptr,
-              nullptr},
+              nullptr,
+              nullptr,
+              nullptr,
+              &lens::by_coefficients_radtan},
     LensModel{Distortion::kEquidistant,
               "equidistant",
               "equidistant (Kannala-Brandt)",
@@ -160,7 +222,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_equidistant,
               &lens::undistort_equidistant,
               nullptr,
-              nullptr},
+              nullptr,
+              &lens::distort_bearing_equidistant,
+              &lens::bearing_of_equidistant,
+              &lens::by_coefficients_equidistant},
     LensModel{Distortion::kDoubleSphere,
               "ds",
               "double sphere",
@@ -171,7 +236,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_double_sphere,
               &lens::undistort_double_sphere,
               &lens::double_sphere_within,
-              &lens::double_sphere_slope},
+              &lens::double_sphere_slope,
+              &lens::distort_bearing_double_sphere,
+              &lens::bearing_of_double_sphere,
+              &lens::by_coefficients_double_sphere},
     LensModel{Distortion::kEucm,
               "eucm",
               "extended unified",
@@ -182,7 +250,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_eucm,
               &lens::undistort_eucm,
               &lens::eucm_within,
-              nullptr},
+              nullptr,
+              &lens::distort_bearing_eucm,
+              &lens::bearing_of_eucm,
+              &lens::by_coefficients_eucm},
     LensModel{Distortion::kOmni,
               "omni",
               "unified omnidirectional (Mei)",
@@ -193,7 +264,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_omni,
               &lens::undistort_omni,
               &lens::omni_within,
-              &lens::omni_slope},
+              &lens::omni_slope,
+              &lens::distort_bearing_omni,
+              &lens::bearing_of_omni,
+              &lens::by_coefficients_omni},
     LensModel{Distortion::kFov,
               "fov",
               "field of view",
@@ -204,7 +278,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_fov,
               &lens::undistort_fov,
               &lens::fov_within,
-              &lens::fov_slope},
+              &lens::fov_slope,
+              &lens::distort_bearing_fov,
+              &lens::bearing_of_fov,
+              &lens::by_coefficients_fov},
     LensModel{Distortion::kDivision,
               "division",
               "division",
@@ -215,7 +292,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_division,
               &lens::undistort_division,
               nullptr,
-              nullptr},
+              nullptr,
+              &lens::distort_bearing_division,
+              &lens::bearing_of_division,
+              &lens::by_coefficients_division},
     LensModel{Distortion::kFisheye624,
               "fisheye624",
               "Aria's fisheye",
@@ -226,7 +306,10 @@ inline constexpr std::array kLensModels{
               &lens::distort_fisheye624,
               &lens::undistort_fisheye624,
               nullptr,
-              nullptr},
+              nullptr,
+              &lens::distort_bearing_fisheye624,
+              &lens::bearing_of_fisheye624,
+              &lens::by_coefficients_fisheye624},
 };
 
 template <>

@@ -15,6 +15,8 @@ using test::Lens;
 using test::lens_of;
 using test::lenses;
 
+constexpr double kHalfPi = std::numbers::pi / 2;
+
 const LensModel& model_of(const Camera& camera) { return *find_lens_model(camera.distortion); }
 
 Eigen::Vector2d towards(double angle, double around) {
@@ -166,6 +168,168 @@ TEST(LensModel, WhatIsFarOutIsNone) {
   }
 }
 
+Eigen::Vector3d bearing_at(double angle, double around) {
+  return {std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around), std::cos(angle)};
+}
+
+// Directions on rings about the axis, also close to it and on both sides of 90 degrees.
+std::vector<Eigen::Vector3d> bearings(double widest) {
+  std::vector<Eigen::Vector3d> all = {{0, 0, 1}};
+  for (const double angle : {1e-12, 0.99e-9, 1.01e-9, 1e-6, 0.1, 0.8, 1.5, kHalfPi - 1e-9, kHalfPi,
+                             kHalfPi + 1e-9, 1.6, 1.75, 1.9, 2.3, 2.6}) {
+    if (angle > widest) break;
+    for (int i = 0; i < 12; ++i) all.push_back(bearing_at(angle, 0.1 + i * kHalfPi / 3));
+  }
+  return all;
+}
+
+TEST(LensModel, InFrontADirectionHasTheImageOfItsPlanePoint) {
+  for (const Lens& lens : lenses()) {
+    const LensModel& model = model_of(lens.camera);
+    const auto& k = lens.camera.coefficients;
+    EXPECT_EQ(model.distort_bearing == nullptr, model.bearing_of == nullptr);
+    EXPECT_EQ(model.distort_bearing == nullptr,
+              model.distortion == Distortion::kNone || model.distortion == Distortion::kRadtan);
+    if (!model.distort_bearing) continue;
+    for (int i = 0; i <= 60; ++i) {
+      const double angle = lens.largest_angle * i / 60;
+      const Eigen::Vector3d b = bearing_at(angle, 0.05 + 0.8 * i);
+      const auto image = model.distort_bearing(k, b);
+      const auto bent = model.distort(k, towards(angle, 0.05 + 0.8 * i));
+      ASSERT_TRUE(image && bent) << model.name << " " << angle;
+      EXPECT_LT((image->xy - bent->xy).norm(), 1e-14 * (1 + bent->xy.norm())) << model.name;
+      const Eigen::Matrix2d by_plane = image->d_bearing.leftCols<2>() * b.z();
+      EXPECT_TRUE(test::agree(by_plane, bent->d_xy, 1e-12)) << model.name << " " << angle;
+    }
+  }
+}
+
+TEST(LensModel, ADirectionComesBackOverTheWholeDomain) {
+  for (const Lens& lens : lenses()) {
+    const LensModel& model = model_of(lens.camera);
+    const double widest = test::widest_angle(lens.camera);
+    for (int i = 0; i <= 90 && widest > 0; ++i) {
+      for (int j = 0; j < 8; ++j) {
+        const Eigen::Vector3d b = bearing_at(widest * i / 90, 0.05 + j * 0.8);
+        const auto image = model.distort_bearing(lens.camera.coefficients, b);
+        ASSERT_TRUE(image) << model.name << " " << b.transpose();
+        const auto back = model.bearing_of(lens.camera.coefficients, image->xy);
+        ASSERT_TRUE(back) << model.name << " " << b.transpose();
+        EXPECT_LT((*back - b).norm(), 1e-12) << model.name << " " << b.transpose();
+        EXPECT_NEAR(back->norm(), 1, 1e-15);
+      }
+    }
+  }
+}
+
+TEST(LensModel, TheJacobianByABearingIsTheDerivative) {
+  for (const Lens& lens : lenses()) {
+    const LensModel& model = model_of(lens.camera);
+    for (const Eigen::Vector3d& b : bearings(test::widest_angle(lens.camera))) {
+      if (!model.distort_bearing) break;
+      const auto image = [&](const Eigen::Vector3d& p) {
+        return model.distort_bearing(lens.camera.coefficients, p.normalized())->xy;
+      };
+      const auto at = model.distort_bearing(lens.camera.coefficients, b);
+      EXPECT_TRUE(test::agree(at->d_bearing, test::numeric_derivative(image, b, 1e-4), 1e-8))
+          << model.name << " " << b.transpose();
+      EXPECT_LT((at->d_bearing * b).norm(), 1e-13) << model.name;
+    }
+  }
+}
+
+TEST(LensModel, TheDerivativeByTheCoefficientsIsTheDerivative) {
+  for (const Lens& lens : lenses()) {
+    const LensModel& model = model_of(lens.camera);
+    const std::span<const double> list(lens.camera.coefficients.begin(),
+                                       lens.camera.coefficients.size());
+    const Eigen::VectorXd k = Eigen::Map<const Eigen::VectorXd>(list.data(), std::ssize(list));
+    for (const Eigen::Vector3d& b :
+         bearings(std::max(lens.largest_angle, test::widest_angle(lens.camera)))) {
+      const auto image = [&](const Eigen::VectorXd& at) -> Eigen::Vector2d {
+        const LensCoefficients moved(std::span(at.data(), list.size()));
+        return model.distort_bearing ? model.distort_bearing(moved, b)->xy
+                                     : model.distort(moved, b.head<2>() / b.z())->xy;
+      };
+      const LensDerivative d = model.by_coefficients(lens.camera.coefficients, b);
+      ASSERT_EQ(d.cols(), k.size()) << model.name;
+      if (k.size() == 0) continue;
+      EXPECT_TRUE(test::agree(d, test::numeric_derivative(image, k, 1e-5), 1e-7, 1e-5))
+          << model.name << " " << b.transpose();
+    }
+  }
+}
+
+// The largest angle of a lens, where its cosine is this.
+struct WideLimit {
+  Distortion model;
+  LensCoefficients k;
+  double cosine;
+};
+
+// The root of (z + xi)^2 = w1^2 (1 + 2 z xi + xi^2) with z + xi < 0: there the second sphere folds
+// or ends. The half-space of Usenko, Demmel & Cremers (2018, eq. 43 to 45) lies within it.
+double double_sphere_limit(double xi, double alpha) {
+  const double w1 = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
+  const double half = xi * (1 - w1 * w1);
+  const double limit = -half - std::sqrt(half * half - xi * xi + w1 * w1 * (1 + xi * xi));
+  EXPECT_LE(limit, -(w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1) + 1e-15);
+  return limit;
+}
+
+// Its eq. 38: z > -w d, d^2 = beta (1 - z^2) + z^2.
+double extended_limit(double alpha, double beta) {
+  const double w = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
+  return -std::sqrt(w * w * beta / (1 - w * w + w * w * beta));
+}
+
+TEST(LensModel, DirectionsAreSeenUpToTheFirstFoldAndNeverStraightBehind) {
+  const std::vector<WideLimit> limits = {
+      {Distortion::kDoubleSphere, {-0.21, 0.59}, double_sphere_limit(-0.21, 0.59)},
+      {Distortion::kDoubleSphere, {0.35, 0.42}, double_sphere_limit(0.35, 0.42)},
+      {Distortion::kDoubleSphere, {0.1, 0.3}, double_sphere_limit(0.1, 0.3)},
+      {Distortion::kEucm, {0.62, 1.08}, extended_limit(0.62, 1.08)},
+      {Distortion::kEucm, {0.4, 0.8}, extended_limit(0.4, 0.8)},
+      {Distortion::kOmni, {1.6}, -1 / 1.6},
+      {Distortion::kOmni, {0.7}, -0.7},
+      // 1 - theta^2 / 4 is 0 at two radians.
+      {Distortion::kEquidistant, {-1.0 / 12, 0, 0, 0}, std::cos(2.0)},
+      {Distortion::kFisheye624, {-1.0 / 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, std::cos(2.0)},
+      {Distortion::kDivision, {0}, 0},
+      {Distortion::kDivision, {0.1}, std::cos(std::atan(std::sqrt(2.5)))}};
+  for (const auto& [distortion, k, cosine] : limits) {
+    const LensModel& model = *find_lens_model(distortion);
+    const double limit = std::acos(cosine);
+    for (double angle = 0.01; angle < 3.14; angle += 0.01) {
+      if (std::abs(angle - limit) < 1e-3) continue;
+      const auto image = model.distort_bearing(k, bearing_at(angle, 0.3));
+      EXPECT_EQ(image.has_value(), angle < limit) << model.name << " " << angle;
+      if (image && angle < limit - 0.05) {
+        EXPECT_TRUE(model.bearing_of(k, image->xy)) << model.name << " " << angle;
+      }
+    }
+    EXPECT_TRUE(model.distort_bearing(k, bearing_at(limit - 1e-6, 0.3))) << model.name;
+    EXPECT_FALSE(model.distort_bearing(k, bearing_at(limit + 1e-6, 0.3))) << model.name;
+  }
+  for (const Lens& lens : lenses()) {
+    const LensModel& model = model_of(lens.camera);
+    if (!model.distort_bearing) continue;
+    const auto& k = lens.camera.coefficients;
+    EXPECT_FALSE(model.distort_bearing(k, {0, 0, -1})) << model.name;
+    EXPECT_FALSE(model.distort_bearing(k, {1e-12, 0, -1})) << model.name;
+    EXPECT_FALSE(model.distort_bearing(k, {kNaN, 0, 1})) << model.name;
+    // Whatever the plane holds, a direction comes back to it.
+    for (double x = -40; x <= 40; x += 0.73) {
+      const auto b = model.bearing_of(k, {x, 0.3 * x});
+      if (!b) continue;
+      ASSERT_TRUE(b->allFinite()) << model.name << " " << x;
+      const auto image = model.distort_bearing(k, *b);
+      if (!image) continue;  // at the very end of the domain
+      EXPECT_LT((image->xy - Eigen::Vector2d(x, 0.3 * x)).norm(), 1e-9) << model.name << " " << x;
+    }
+  }
+}
+
 // Pixels of other programs, of 2026-11:
 //   cv2 5.0.0 (opencv-contrib-python-headless 5.0.0.93): projectPoints, omnidir.projectPoints;
 //   pycolmap 4.2.1: Camera(model=..., params=[fx, fy, cx, cy, ...]).img_from_cam;
@@ -261,6 +425,79 @@ TEST(LensModel, ProjectsAsOtherPrograms) {
       ASSERT_TRUE(ray) << reference.by;
       EXPECT_LT((ray->ray.head<2>() - xy).norm(), 1e-9) << reference.by << " " << xy.transpose();
     }
+  }
+}
+
+// Pixels of directions up to 125 degrees from the axis: other programs are right there with these
+// models alone. OpenCV and FISHEYE624 of projectaria-tools mirror, pycolmap has none.
+//   projectaria-tools 2.3.0: CameraProjection(KANNALA_BRANDT_K3, ...).project(point);
+//   ds-msp 0.22.2: ds_project, models.eucm_math.eucm_project.
+TEST(LensModel, ProjectsAsOtherProgramsBeyond90Degrees) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  const std::vector<Eigen::Vector3d> directions = {
+      bearing_at(89.5 * kDegree, 100 * kDegree), bearing_at(95 * kDegree, 200 * kDegree),
+      bearing_at(105 * kDegree, 310 * kDegree), bearing_at(125 * kDegree, 45 * kDegree)};
+  struct Wide {
+    const char* by;
+    Camera camera;
+    std::vector<Eigen::Vector2d> pixels;
+  };
+  const std::vector<Wide> all = {
+      {"projectaria-tools KANNALA_BRANDT_K3",
+       test::fisheye_camera(),
+       {{203.6405435302194, 547.776194596629},
+        {-37.837652995356336, 150.340999017866},
+        {472.6550116808825, -2.5680551905277866},
+        {524.6620795425983, 526.6205040327127}}},
+      {"ds-msp",
+       with(Distortion::kDoubleSphere, {-0.21, 0.59}, {280, 278, 380, 250}),
+       {{286.3724905557186, 777.1952207550996},
+        {-153.27797641142456, 57.28909935369515},
+        {773.9808888362992, -216.17436725780465}}},
+      {"ds-msp",
+       with(Distortion::kDoubleSphere, {0.35, 0.42}, {280, 278, 380, 250}),
+       {{305.6867424759251, 668.4410590217633},
+        {-67.92563115291046, 88.13291450189982},
+        {757.6203501405147, -196.81590599580886},
+        {1094.610963401048, 959.5065993767546}}},
+      {"ds-msp",
+       with(Distortion::kEucm, {0.62, 1.08}, {210, 208, 380, 250}),
+       {{323.6957440496933, 566.276185965333},
+        {58.269531693951876, 134.0149271650244},
+        {619.5165382528332, -32.72617404427069},
+        {670.6766980289415, 537.9083485239039}}}};
+  for (const auto& [by, camera, pixels] : all) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto seen = project(camera, 3 * directions[i]);
+      ASSERT_TRUE(seen) << by;
+      EXPECT_LT((seen->pixel - pixels[i]).norm(), 1e-9) << by << " " << i;
+      const auto back = bearing(camera, pixels[i]);
+      ASSERT_TRUE(back) << by;
+      EXPECT_LT((back->bearing - directions[i]).norm(), 1e-9) << by << " " << i;
+    }
+  }
+}
+
+// The other models by formulas of their own: Mei's camera is a unified one and so a double sphere,
+// Aria's is equidistant without its further terms, FOV and division by their angles.
+TEST(LensModel, TheOtherModelsGoOnBeyond90Degrees) {
+  for (const double angle : {0.3, 1.5, kHalfPi, 1.65, 1.9}) {
+    const Eigen::Vector3d b = bearing_at(angle, 0.7);
+    const double alpha = 0.6, w = 0.93, lambda = -0.21;
+    const auto ds = lens::distort_bearing_double_sphere({0, alpha}, b);
+    const auto omni = lens::distort_bearing_omni({alpha / (1 - alpha)}, b);
+    const auto eucm = lens::distort_bearing_eucm({alpha, 1}, b);
+    EXPECT_TRUE(test::agree(omni->xy / (1 - alpha), ds->xy, 1e-14));
+    EXPECT_TRUE(test::agree(eucm->xy, ds->xy, 1e-14));
+    const auto aria =
+        lens::distort_bearing_fisheye624({0.01, -0.02, 3e-3, -1e-4, 0, 0, 0, 0, 0, 0, 0, 0}, b);
+    const auto equidistant = lens::distort_bearing_equidistant({0.01, -0.02, 3e-3, -1e-4}, b);
+    EXPECT_TRUE(test::agree(aria->xy, equidistant->xy, 1e-14));
+    const double r_fov = lens::distort_bearing_fov({w}, b)->xy.norm();
+    EXPECT_NEAR(std::sin(r_fov * w) * std::cos(angle),
+                2 * std::cos(r_fov * w) * std::sin(angle) * std::tan(w / 2), 1e-13);
+    const double r = lens::distort_bearing_division({lambda}, b)->xy.norm();
+    EXPECT_NEAR(std::sin(angle) * (1 + lambda * r * r), r * std::cos(angle), 1e-13);
   }
 }
 

@@ -8,4 +8,9 @@ OptionalPoint distort_none(const LensCoefficients& /*k*/, const Eigen::Vector2d&
 
 OptionalXy undistort_none(const LensCoefficients& /*k*/, const Eigen::Vector2d& xy) { return xy; }
 
+LensDerivative by_coefficients_none(const LensCoefficients& /*k*/,
+                                    const Eigen::Vector3d& /*bearing*/) {
+  return LensDerivative(2, 0);
+}
+
 }  // namespace chasles::lens

@@ -72,4 +72,21 @@ OptionalXy undistort_radtan(const LensCoefficients& k, const Eigen::Vector2d& xy
   return solve_on_plane([&](const Eigen::Vector2d& from) { return distort_radtan(k, from); }, xy);
 }
 
+LensDerivative radtan_by_coefficients(const LensCoefficients& k, const Eigen::Vector2d& xy) {
+  const double x = xy.x(), y = xy.y(), t = xy.squaredNorm();
+  const double top = 1 + t * (k[0] + t * (k[1] + t * k[4]));
+  const double bottom = 1 + t * (k[5] + t * (k[6] + t * k[7]));
+  const double falls = -top / (bottom * bottom);
+  Eigen::Matrix<double, 2, LensCoefficients::kMost> d;
+  d << x * t / bottom, x * t * t / bottom, 2 * x * y, t + 2 * x * x, x * t * t * t / bottom,
+      falls * x * t, falls * x * t * t, falls * x * t * t * t, t, t * t, 0, 0,  //
+      y * t / bottom, y * t * t / bottom, t + 2 * y * y, 2 * x * y, y * t * t * t / bottom,
+      falls * y * t, falls * y * t * t, falls * y * t * t * t, 0, 0, t, t * t;
+  return d.leftCols(static_cast<Eigen::Index>(k.size()));
+}
+
+LensDerivative by_coefficients_radtan(const LensCoefficients& k, const Eigen::Vector3d& bearing) {
+  return radtan_by_coefficients(k, on_plane(bearing));
+}
+
 }  // namespace chasles::lens
