@@ -13,19 +13,23 @@ void set_readout(double seconds, std::span<Camera> cameras) {
   }
 }
 
-double line_delay(const Camera& camera, const Eigen::Vector2d& pixel) {
-  const double along_columns = pixel.x() / camera.width, along_rows = pixel.y() / camera.height;
+double line_part(const Camera& camera, const Eigen::Vector2d& pixel) {
+  const double column = pixel.x() / camera.width, row = pixel.y() / camera.height;
   switch (camera.shutter.direction) {
     case ReadoutDirection::kDown:
-      return camera.shutter.readout * along_rows;
+      return row;
     case ReadoutDirection::kUp:
-      return camera.shutter.readout * (1 - 1.0 / camera.height - along_rows);
+      return 1 - 1.0 / camera.height - row;
     case ReadoutDirection::kRight:
-      return camera.shutter.readout * along_columns;
+      return column;
     case ReadoutDirection::kLeft:
-      return camera.shutter.readout * (1 - 1.0 / camera.width - along_columns);
+      return 1 - 1.0 / camera.width - column;
   }
   return 0;
+}
+
+double line_delay(const Camera& camera, const Eigen::Vector2d& pixel) {
+  return camera.shutter.readout * line_part(camera, pixel);
 }
 
 SE3 ReadoutMotion::after(double seconds) const {

@@ -37,7 +37,9 @@ inline constexpr double kLongestReadout = 0.2;
 /// Sets the readout of all cameras [s], in the direction that they have; upwards below 0.
 void set_readout(double seconds, std::span<Camera> cameras);
 
-/// When the line of a pixel was exposed, after the time of its image [s].
+/// The part of the readout after which the line of a pixel was exposed, 0 to 1 within the image.
+double line_part(const Camera& camera, const Eigen::Vector2d& pixel);
+/// When that was, after the time of its image [s].
 double line_delay(const Camera& camera, const Eigen::Vector2d& pixel);
 
 /// The motion of an IMU while a sensor is read out, in the IMU's axes at the time of the image:

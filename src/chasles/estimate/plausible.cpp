@@ -15,8 +15,13 @@ constexpr double kUnknownSpeed = 1, kUnknownPart = 0.5;
 
 bool is_finite(const Calibration& c) {
   return c.covariance.allFinite() && std::isfinite(c.time_offset.value_or(0)) &&
-         std::ranges::all_of(c.imu_T_camera, [](const SE3& imu_T_camera) {
-           return imu_T_camera.R.allFinite() && imu_T_camera.p.allFinite();
+         std::ranges::all_of(c.imu_T_camera,
+                             [](const SE3& imu_T_camera) {
+                               return imu_T_camera.R.allFinite() && imu_T_camera.p.allFinite();
+                             }) &&
+         std::ranges::all_of(c.intrinsics, [](const Intrinsics& one) {
+           return one.projection.allFinite() && std::isfinite(one.readout) &&
+                  one.coefficients.is_finite();
          });
 }
 

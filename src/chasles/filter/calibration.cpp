@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <utility>
 
 #include <chasles/filter/calibration.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 
@@ -11,6 +13,7 @@ std::optional<Calibration> calibration_of(const Ekf& filter) {
   return Calibration{
       .imu_T_camera = x.imu_T_camera,
       .time_offset = x.time_offset,
+      .intrinsics = x.intrinsics,
       .covariance = filter.covariance().block(x.calibration_row(), x.calibration_row(), n, n)};
 }
 
@@ -18,7 +21,57 @@ Camera as_estimated(Camera camera, const State& x, int index) {
   if (x.camera_row(index)) {
     camera.cam_T_imu = x.imu_T_camera[static_cast<std::size_t>(index)].inverse();
   }
+  if (x.intrinsics.empty()) return camera;
+  return with_intrinsics(std::move(camera), x.intrinsics[static_cast<std::size_t>(index)]);
+}
+
+Intrinsics intrinsics_of(const Camera& camera) {
+  return {.projection = {camera.fx, camera.fy, camera.cx, camera.cy},
+          .readout = camera.shutter.readout,
+          .coefficients = camera.coefficients};
+}
+
+Camera with_intrinsics(Camera camera, const Intrinsics& intrinsics) {
+  camera.fx = intrinsics.projection[0];
+  camera.fy = intrinsics.projection[1];
+  camera.cx = intrinsics.projection[2];
+  camera.cy = intrinsics.projection[3];
+  camera.shutter.readout = std::max(intrinsics.readout, 0.0);
+  camera.coefficients = intrinsics.coefficients;
   return camera;
+}
+
+IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
+                                           const ReadoutMotion& motion,
+                                           const Eigen::Vector2d& pixel,
+                                           const Eigen::Vector3d& p_cam, double w) {
+  const Intrinsics& of_state = x.intrinsics[static_cast<std::size_t>(index)];
+  IntrinsicsDerivative result;
+  result.blocks = of_state.blocks();
+  const Eigen::Vector3d along = p_cam.normalized();
+  if (const auto by = of_state.has_lens ? parameter_derivative(camera, along) : std::nullopt) {
+    const Eigen::Index lens = by->cols() - 4;
+    result.d.leftCols<4>() = by->leftCols<4>();
+    result.d.middleCols(6, lens) = by->rightCols(lens);
+  }
+  if (!of_state.has_readout || !camera.shutter.is_rolling()) return result;
+  const double part = line_part(camera, pixel), delay = camera.shutter.readout * part;
+  const SE3 imu_T_line = motion.after(delay);
+  const Eigen::Vector3d turned = delay * motion.rate + delay * delay * motion.rate_change;
+  const Eigen::Vector3d rate_line =
+      so3::right_jacobian(turned) * (motion.rate + 2 * delay * motion.rate_change);
+  const Eigen::Vector3d v_imu = motion.velocity + 2 * delay * motion.acceleration;
+  // The camera's extrinsics are those of the IMU at the line, times imu_T_line^-1.
+  const Eigen::Matrix3d cam_R_line = camera.cam_T_imu.R * imu_T_line.R;
+  const SE3 line_T_cam = imu_T_line.inverse() * camera.cam_T_imu.inverse();
+  const Eigen::Vector3d p_line = line_T_cam.R * p_cam + w * line_T_cam.p;
+  const Eigen::Vector3d moved = -rate_line.cross(p_line) - w * (imu_T_line.R.transpose() * v_imu);
+  result.p_cam_by_readout = part * (cam_R_line * moved);
+  const auto projection = project(camera, along);
+  if (!projection) return result;
+  result.d.col(Intrinsics::kReadoutRow) =
+      projection->d_point * result.p_cam_by_readout / p_cam.norm();
+  return result;
 }
 
 Camera as_estimated(Camera camera, const State& x, int index, const Eigen::Vector2d& pixel) {

@@ -9,18 +9,49 @@
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
-/// Camera extrinsics and time offset as random constants of the state (docs/inertial.md, section
-/// 6).
+/// Camera extrinsics, intrinsics and time offset as random constants of the state
+/// (docs/inertial.md, section 6).
 namespace chasles {
 
 /// Estimated calibration of the sensors. The errors are, in this order: those of every
-/// imu_T_camera, 6 each, R = Exp(phi) Rhat and p = phat + dp in IMU axes [rad, m]; and that of the
-/// time offset [s].
+/// imu_T_camera, 6 each, R = Exp(phi) Rhat and p = phat + dp in IMU axes [rad, m]; that of the time
+/// offset [s]; and those of the intrinsics, as in Intrinsics.
 struct Calibration {
   std::vector<SE3> imu_T_camera;      ///< maps camera to IMU coordinates; empty: not estimated
   std::optional<double> time_offset;  ///< camera clock + time_offset = IMU clock [s]
-  Eigen::MatrixXd covariance;
+  std::vector<Intrinsics> intrinsics = {};  ///< of every camera; empty: not estimated
+  Eigen::MatrixXd covariance = {};
+
+  int time_offset_row() const { return 6 * static_cast<int>(imu_T_camera.size()); }
+  /// The first row of the intrinsics.
+  int intrinsics_row() const { return time_offset_row() + (time_offset ? 1 : 0); }
 };
+
+/// The intrinsics that a camera states.
+Intrinsics intrinsics_of(const Camera& camera);
+/// The camera with these intrinsics.
+Camera with_intrinsics(Camera camera, const Intrinsics& intrinsics);
+
+/// The derivative of a pixel by the intrinsics of its camera, in blocks of six rows.
+struct IntrinsicsDerivative {
+  static constexpr int kMostBlocks = 3;
+  Eigen::Matrix<double, 2, 6 * kMostBlocks> d =
+      Eigen::Matrix<double, 2, 6 * kMostBlocks>::Zero();  ///< [px] by the errors
+  /// How the point moves in the camera's frame as the readout grows, times w [m/s].
+  Eigen::Vector3d p_cam_by_readout = Eigen::Vector3d::Zero();
+  int blocks = 0;
+
+  auto block(int i) const { return d.middleCols<6>(6 * i); }
+};
+
+/// `camera`: that of `index` as estimated, at the line of the pixel. `p_cam` / w is the point that it
+/// sees [m]. The errors of the `motion` in which the line was read (camera/rolling_shutter.hpp) are
+/// neglected. The state must have intrinsics.
+IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
+                                           const ReadoutMotion& motion,
+                                           const Eigen::Vector2d& pixel,
+                                           const Eigen::Vector3d& p_cam, double w);
+
 
 /// The filter's calibration estimate; none if it estimates neither.
 std::optional<Calibration> calibration_of(const Ekf& filter);

@@ -27,6 +27,7 @@ using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMa
 Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance, Options options)
     : chart_(&chart),
       keep_scale_(options.keep_scale),
+      considered_(std::move(options.considered)),
       state_(std::move(initial)),
       covariance_(core_covariance),
       past_(core_covariance,
@@ -166,6 +167,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());
   if (state_.considered) leave_unused(*z, delta);
+  leave_considered(*z, delta);
   past_.correct(accepted, *z, delta);
 
   State& before = work_.before;
@@ -193,6 +195,7 @@ std::optional<State> Ekf::updated_mean(std::span<const Measurement> measurements
   if (!z) return std::nullopt;
   State mean = state_;
   VectorXd delta = z->W * z->w;
+  delta(considered_).setZero();
   if (state_.considered) {
     const UnusedGain unused = unused_gain(state_, past_.left(), *z);
     delta(unused.rows) -= unused.D * z->w;

@@ -65,6 +65,9 @@ class Ekf {
     /// them when the mean changes (docs/filter.md, section 3). Requires v_world, not
     /// Map::kHistory, and a chart whose pose errors do not rotate with the pose: not left-se3.
     bool keep_scale = false;
+    /// Rows of the core that are considered: no update corrects them, and their uncertainty counts
+    /// (Schmidt-Kalman filter, docs/inertial.md). Sorted.
+    std::vector<int> considered = {};
     /// Bound on the memory of the steps from which the map is computed, with Map::kHistory [bytes];
     /// 0: none.
     std::size_t map_bytes = 0;
@@ -200,6 +203,7 @@ class Ekf {
   void keep_scale(const State& before);
   std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
   void leave_unused(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
+  void leave_considered(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
   void substitute(int row, std::span<const KeptPast::RowTerm> terms);
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
@@ -212,6 +216,7 @@ class Ekf {
 
   const ErrorChart* chart_;
   bool keep_scale_;
+  std::vector<int> considered_;
   State state_;
   Covariance covariance_;
   KeptPast past_;

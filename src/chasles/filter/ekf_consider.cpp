@@ -7,7 +7,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
-// A map that no update changes: the Schmidt-Kalman filter (docs/filter.md).
+// A map and rows of the core that no update changes: the Schmidt-Kalman filter (docs/filter.md).
 
 namespace chasles {
 
@@ -38,6 +38,17 @@ void Ekf::leave_unused(const Whitened& z, Eigen::Ref<VectorXd> delta) {
     }
   }
   delta(unused.rows) -= unused.D * z.w;
+}
+
+// Without a gain, what the update would have taken from their own covariance stays.
+void Ekf::leave_considered(const Whitened& z, Eigen::Ref<VectorXd> delta) {
+  auto P = covariance_.all();
+  for (const int column : considered_) {
+    for (const int row : considered_) {
+      if (row >= column) P(row, column) += z.W.row(row).dot(z.W.row(column));
+    }
+    delta[column] = 0;
+  }
 }
 
 // Their rows are copied to the end of the error vector, or follow from the shared errors.

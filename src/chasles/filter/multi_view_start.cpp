@@ -54,6 +54,10 @@ void gather_poses(std::span<const Camera> cameras, const State& x,
   for (const ClonedView& view : views) note(x.clone(view.clone).row);
   for (const ClonedView& view : views) {
     if (const auto row = x.camera_row(view.camera)) note(*row);
+    if (const auto row = x.intrinsics_row(view.camera)) {
+      const int blocks = x.intrinsics[static_cast<std::size_t>(view.camera)].blocks();
+      for (int i = 0; i < blocks; ++i) note(*row + 6 * i);
+    }
   }
 }
 
@@ -85,6 +89,13 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
     if (const auto of_camera = x.camera_row(views[i].camera)) {
       result.H_others.block<2, 6>(row, column_of(*of_camera, s)) = derivative_by_camera(
           camera, at_pose, point, seen->d_point, imu_T_line(camera, clone.readout, views[i].pixel));
+    }
+    if (const auto of_intrinsics = x.intrinsics_row(views[i].camera)) {
+      const auto by = intrinsics_derivative(x, views[i].camera, camera, clone.readout,
+                                            views[i].pixel, in_camera(camera, at_pose, point), 1);
+      for (int k = 0; k < by.blocks; ++k) {
+        result.H_others.block<2, 6>(row, column_of(*of_intrinsics + 6 * k, s)) = by.block(k);
+      }
     }
   }
   return result;

@@ -22,7 +22,7 @@ std::optional<Measurement> measure_pixel(const Camera& known, double sigma, cons
 
 bool measure_pixel(const Camera& known, double sigma, const State& x, int number,
                    const Vector2d& pixel, Linearisation at, int index, Measurement& z) {
-  constexpr std::size_t kMostOthers = 3;  // the anchor, its camera and this one
+  constexpr std::size_t kMostOthers = 6;  // the anchor, its camera, this one and its intrinsics
   const Camera camera = as_estimated(known, x, index, pixel);
   const Landmark& landmark = x.landmarks[static_cast<std::size_t>(number)];
   const bool first = at == Linearisation::kFirstEstimates;
@@ -59,6 +59,11 @@ bool measure_pixel(const Camera& known, double sigma, const State& x, int number
     z.clones.push_back({.row = *row,
                         .d = derivative_by_camera(camera, x.world_T_imu, at_point, seen->d_point,
                                                   imu_T_line(camera, x.readout, pixel))});
+  }
+  if (const auto row = x.intrinsics_row(index)) {
+    const auto d = intrinsics_derivative(x, index, camera, x.readout, pixel,
+                                         in_camera(camera, x.world_T_imu, at_point), at_point.w);
+    for (int i = 0; i < d.blocks; ++i) z.clones.push_back({.row = *row + 6 * i, .d = d.block(i)});
   }
   return true;
 }
@@ -113,24 +118,47 @@ std::optional<NewLandmark> initialise_at_depth(const Camera& known, double sigma
     result.clones.push_back(
         {.row = *row, .d = by_axes_of_line(d, imu_T_line(camera, x.readout, pixel))});
   }
+  if (const auto row = x.intrinsics_row(index)) {
+    const auto by = intrinsics_derivative(x, index, camera, x.readout, pixel, depth * ray->ray, 1);
+    for (int i = 0; i < by.blocks; ++i) {
+      Eigen::Matrix<double, 3, 6> d = -d_pixel * by.block(i);
+      if (i == 0) d.col(Intrinsics::kReadoutRow) = -world_R_cam * by.p_cam_by_readout;
+      result.clones.push_back({.row = *row + 6 * i, .d = d});
+    }
+  }
   return result;
 }
 
-std::optional<NewLandmark> initialise_anchored(const Camera& camera, double sigma, const State& x,
+std::optional<NewLandmark> initialise_anchored(const Camera& known, double sigma, const State& x,
                                                LandmarkId id, const Vector2d& pixel,
                                                double inverse_depth, double inverse_depth_sigma,
                                                int index) {
+  const Camera camera = as_estimated(known, x, index, pixel);
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
   NewLandmark result;
   result.id = id;
   result.anchor = x.clones.back().id;
   result.camera = index;
-  result.cam_T_imu = as_estimated(camera, x, index, pixel).cam_T_imu;
+  result.cam_T_imu = camera.cam_T_imu;
   result.imu_T_line = imu_T_line(camera, x.readout, pixel);
   result.inverse_depth << ray->ray.head<2>(), inverse_depth;
   result.noise.topLeftCorner<2, 2>() = sigma * sigma * ray->d_pixel * ray->d_pixel.transpose();
   result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;
+  // The axes of the anchor stay where its line is by the present readout.
+  if (const auto row = x.intrinsics_row(index)) {
+    const auto by = intrinsics_derivative(x, index, camera, x.readout, pixel, ray->ray, inverse_depth);
+    for (int i = 0; i < by.blocks; ++i) {
+      Eigen::Matrix<double, 3, 6> d = Eigen::Matrix<double, 3, 6>::Zero();
+      d.topRows<2>() = -ray->d_pixel * by.block(i);
+      if (i == 0) {
+        const Vector3d& moved = by.p_cam_by_readout;
+        d.col(Intrinsics::kReadoutRow) = moved.z() * result.inverse_depth;
+        d.col(Intrinsics::kReadoutRow).head<2>() -= moved.head<2>();
+      }
+      result.clones.push_back({.row = *row + 6 * i, .d = d});
+    }
+  }
   return result;
 }
 

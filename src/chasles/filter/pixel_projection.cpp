@@ -30,6 +30,13 @@ std::optional<Seen> see(const Camera& camera, const SE3& cam_T_imu, const SE3& w
   return seen;
 }
 
+Eigen::Vector3d in_camera(const Camera& camera, const SE3& world_T_imu,
+                          const HomogeneousPoint& point) {
+  const Eigen::Vector3d p_imu =
+      world_T_imu.R.transpose() * (point.p_world - point.w * world_T_imu.p);
+  return camera.cam_T_imu.R * p_imu + point.w * camera.cam_T_imu.p;
+}
+
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
                                                  const HomogeneousPoint& point,
                                                  const Eigen::Matrix<double, 2, 3>& d_point,

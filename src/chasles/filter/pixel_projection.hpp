@@ -28,6 +28,10 @@ std::optional<Seen> see(const Camera& camera, const SE3& cam_T_imu, const SE3& w
                         const HomogeneousPoint& point, const Eigen::Vector2d& pixel,
                         double least_depth = kMinDepth);
 
+/// The point in the camera's frame, times w [m].
+Eigen::Vector3d in_camera(const Camera& camera, const SE3& world_T_imu,
+                          const HomogeneousPoint& point);
+
 /// d predicted / d (errors of imu_T_camera) of the same projection, p_cam = R_ic^T (p_imu - p_ic).
 /// The camera's extrinsics may be those at a line (at_line).
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/camera/lens_coefficients.hpp>
 #include <chasles/camera/rolling_shutter.hpp>
 #include <chasles/lie/se3.hpp>
 
@@ -21,6 +22,20 @@ struct Clone {
   int row = 0;     ///< first row of its six errors [rotation; position] in the error vector
   SE3 first = {};  ///< the pose when it was cloned
   ReadoutMotion readout = {};  ///< after this pose
+};
+
+/// Parameters of a camera as random constants. Their errors are additive, and six rows each:
+/// [fx, fy, cx, cy, readout, 0], and six coefficients of the lens model at a time. Nothing depends
+/// on rows without a parameter, and on those of known ones; they have a variance, which keeps the
+/// covariance regular.
+struct Intrinsics {
+  Eigen::Vector4d projection = Eigen::Vector4d::Zero();  ///< fx, fy, cx, cy [px]
+  double readout = 0;                                    ///< [s]; 0 stays 0
+  LensCoefficients coefficients = {};
+  bool has_lens = true, has_readout = true;  ///< whether they have errors; else they are known
+
+  static constexpr int kReadoutRow = 4;  ///< of the first six
+  int blocks() const { return 1 + (static_cast<int>(coefficients.size()) + 5) / 6; }
 };
 
 /// A point of the map in the state, in one of two forms: Cartesian, or anchored inverse depth,
@@ -78,7 +93,7 @@ struct HomogeneousPoint {
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if present | nav_T_world 6, if present:
 ///     rotation, position | additive | imu_T_camera 6 each, if present: rotation, position |
-///     time_offset 1, if present | landmarks, 3 each, clones, 6 each, and the shared errors and
+///     time_offset 1, if present | intrinsics, 6 a block, if present | landmarks, 3 each, clones, 6 each, and the shared errors and
 ///     landmarks of a considered map, in order of addition ]
 ///
 /// where the part before the landmarks is called the core. The error chart (error_chart.hpp)
@@ -95,6 +110,7 @@ struct State {
   Eigen::VectorXd additive;            ///< states of the motion model: body velocity, biases, scale
   std::vector<SE3> imu_T_camera = {};  ///< of every camera; empty: not estimated
   std::optional<double> time_offset = {};  ///< camera clock + time_offset = IMU clock [s]
+  std::vector<Intrinsics> intrinsics = {};  ///< of every camera; empty: not estimated
   std::vector<Landmark> landmarks = {};    ///< not retired; rows rise
   std::vector<Clone> clones = {};          ///< rows rise
   std::optional<ConsideredMap> considered = {};
@@ -105,7 +121,9 @@ struct State {
   int additive_row() const { return motion_size() + (nav_T_world ? 6 : 0); }
   int calibration_row() const { return additive_row() + static_cast<int>(additive.size()); }
   int calibration_size() const {
-    return 6 * static_cast<int>(imu_T_camera.size()) + (time_offset ? 1 : 0);
+    int size = 6 * static_cast<int>(imu_T_camera.size()) + (time_offset ? 1 : 0);
+    for (const Intrinsics& one : intrinsics) size += 6 * one.blocks();
+    return size;
   }
   /// First row of a camera's six errors; none if they are not estimated.
   std::optional<int> camera_row(int camera) const {
@@ -114,6 +132,13 @@ struct State {
   }
   int time_offset_row() const {
     return calibration_row() + 6 * static_cast<int>(imu_T_camera.size());
+  }
+  /// First row of a camera's intrinsics; none if they are not estimated.
+  std::optional<int> intrinsics_row(int camera) const {
+    if (camera >= static_cast<int>(intrinsics.size())) return std::nullopt;
+    int row = time_offset_row() + (time_offset ? 1 : 0);
+    for (int i = 0; i < camera; ++i) row += 6 * intrinsics[static_cast<std::size_t>(i)].blocks();
+    return row;
   }
   int core_size() const { return calibration_row() + calibration_size(); }
   /// All rows.

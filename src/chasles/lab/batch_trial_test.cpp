@@ -102,7 +102,7 @@ TEST(BatchTrial, CalibrationIsTheFiltersBusiness) {
   const Recording recording = simulate_inertial(quick_turntable(), 0);
   InertialSlamSettings settings;
   const InertialStart start = draw_start(recording, settings, 1, 0);
-  settings.calibrate_extrinsics = true;
+  settings.calibrate_extrinsics = Calibrate::kTrue;
   EXPECT_THROW(batch_input(recording, settings, start), UsageError);
 }
 

@@ -20,10 +20,10 @@ Eigen::Matrix<double, 3, 4> moved(const Eigen::Vector3d& p, const Place& place) 
 }  // namespace
 
 void check_smoothing(const InertialSlamSettings& settings) {
-  if (settings.calibrate_extrinsics || settings.estimates_time_offset()) {
+  if (settings.has_extrinsics() || settings.has_intrinsics() || settings.estimates_time_offset()) {
     throw UsageError(
-        "batch estimation takes the calibration as known: calibrate_extrinsics and "
-        "calibrate_time_offset are for the filter; run the filter first, and use the calibration "
+        "batch estimation takes the calibration as known: calibrate_extrinsics, "
+        "calibrate_intrinsics, calibrate_readout and calibrate_time_offset are for the filter; run the filter first, and use the calibration "
         "that it estimates");
   }
 }

@@ -17,7 +17,7 @@ RobotLog::RobotLog(Recording sensors, InertialRunSettings settings,
       estimator_(estimator),
       recorder_(sensors_, estimator_,
                 {.calibration_columns =
-                     calibration_columns(decided_settings.filter, sensors_.cameras.size())}) {}
+                     calibration_columns(decided_settings.filter, sensors_.cameras)}) {}
 
 void RobotLog::add(std::span<const Estimate> estimates) {
   for (const Estimate& e : estimates) recorder_.on_estimate(e, {});

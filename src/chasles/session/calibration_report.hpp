@@ -16,17 +16,26 @@ namespace chasles {
 /// Names of the columns of states.csv for the estimated calibration. Each camera has the rotation
 /// by which imu_T_cam differs from the recording's calibration (rotation vector phi, Exp(phi)
 /// R_file, IMU axes [rad]), and its position in the IMU frame [m]. Then follows the time offset
-/// [s]. Empty if no calibration is estimated.
+/// [s], and then the intrinsics of each camera that are estimated or considered. Empty if no
+/// calibration is in the state.
 std::vector<std::string> calibration_columns(const InertialSlamSettings& settings,
-                                             std::size_t cameras);
+                                             std::span<const Camera> cameras);
 
 /// Appends the values of these columns to `state`. `cameras` are those of the recording.
 void append_calibration(const Calibration& calibration, std::span<const Camera> cameras,
                         RunState& state);
 
 /// The object "calibration" of summary.json: imu_T_cam of each camera, its standard deviations, and
-/// its difference from the recording's calibration. `stated_time_offset` is the setting's [s].
+/// its difference from the recording's calibration; the time offset; and the table `parameters` of
+/// all: stated value and sigma, estimate and sigma, and whether the motion observed it.
 nlohmann::ordered_json calibration_json(const Calibration& calibration,
-                                        std::span<const Camera> cameras, double stated_time_offset);
+                                        std::span<const Camera> cameras,
+                                        const InertialSlamSettings& settings);
+
+/// One remark for parameters that the motion did not observe, and one for those whose estimate is
+/// far from what was stated. The time offset has a remark of its own.
+std::vector<std::string> calibration_remarks(const Calibration& calibration,
+                                             std::span<const Camera> cameras,
+                                             const InertialSlamSettings& settings);
 
 }  // namespace chasles

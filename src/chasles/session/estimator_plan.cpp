@@ -109,6 +109,9 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
                     std::back_inserter(recording.remarks));
   std::ranges::move(remarks_of(evidence, settings), std::back_inserter(recording.remarks));
   start_from_measured(settings, evidence);
+  if (settings.filter.readout_time) {
+    set_readout(*settings.filter.readout_time, recording.cameras);
+  }
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);
@@ -123,7 +126,7 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
   prepared.run.wrong_lens = evidence.has_wrong_lens();
   prepared.run.tracks = o.input.tracks;
   prepared.recorded.calibration_columns =
-      calibration_columns(of_run.filter, recording.cameras.size());
+      calibration_columns(of_run.filter, recording.cameras);
   prepared.recorded.frames_per_estimate = frames_per_estimate(settings);
   if (from_truth) prepared.recorded.truth_chart = settings.filter.chart;
   if (map) prepared.recorded.prior_map = map_sketch(*map);

@@ -232,6 +232,10 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   append_run_remarks(run.report, remarks);
   append_degradations(run, remarks);
   append_coverage(run, recording, remarks);
+  if (run.calibration) {
+    std::ranges::move(calibration_remarks(*run.calibration, recording.cameras, settings.filter),
+                      std::back_inserter(remarks));
+  }
   Json summary = run_json(run.run, run.coverage, "slam", settings.filter.chart,
                           recording.true_landmarks, remarks, run.truth_attitudes);
   summary["degraded_frames"] = degradations_json(run.degradations);
@@ -255,8 +259,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["keep_scale"] = decided_filter.keep_scale == Toggle::kTrue;
   summary["scale_sigma"] = or_null(run.scale_sigma);
   if (run.calibration) {
-    summary["calibration"] = calibration_json(*run.calibration, recording.cameras,
-                                              settings.filter.initial_time_offset());
+    summary["calibration"] = calibration_json(*run.calibration, recording.cameras, settings.filter);
   }
   summary["noise"] = noise_json(
       sensors.noise, decided_filter.pixel_sigma.value_or(sensors.pixel_sigma), decided_filter);

@@ -12,7 +12,7 @@ namespace chasles::test {
 
 inline InertialSlamSettings calibrating() {
   InertialSlamSettings settings;
-  settings.calibrate_extrinsics = true;
+  settings.calibrate_extrinsics = Calibrate::kTrue;
   settings.calibrate_time_offset = Toggle::kTrue;
   return settings;
 }

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include <chasles/slam/inertial_calibration.hpp>
 
@@ -33,10 +35,12 @@ double rotation_variance(const Calibration& calibration) {
 
 std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
                                               std::span<const Camera> cameras) {
-  if (!s.calibrate_extrinsics && !s.estimates_time_offset()) return std::nullopt;
+  if (!s.has_extrinsics() && !s.has_intrinsics() && !s.estimates_time_offset()) {
+    return std::nullopt;
+  }
   Calibration result;
   std::vector<double> sigmas;
-  if (s.calibrate_extrinsics) {
+  if (s.has_extrinsics()) {
     for (const Camera& camera : cameras) {
       result.imu_T_camera.push_back(camera.cam_T_imu.inverse());
       sigmas.insert(sigmas.end(), 3, s.initial_extrinsic_rotation_sigma);
@@ -47,16 +51,65 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
     result.time_offset = s.initial_time_offset();
     sigmas.push_back(s.initial_time_offset_sigma);
   }
+  if (s.has_intrinsics()) {
+    for (const Camera& camera : cameras) {
+      Intrinsics one = intrinsics_of(camera);
+      one.has_lens = s.calibrate_intrinsics != Calibrate::kFalse;
+      one.has_readout = s.calibrate_readout != Calibrate::kFalse && camera.shutter.is_rolling();
+      result.intrinsics.push_back(one);
+      const std::vector<double> of_lens = intrinsics_sigmas(s, camera);
+      sigmas.insert(sigmas.end(), of_lens.begin(), of_lens.end());
+    }
+  }
   const auto n = static_cast<Eigen::Index>(sigmas.size());
   result.covariance = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), n).cwiseAbs2().asDiagonal();
   return result;
 }
 
+std::vector<double> intrinsics_sigmas(const InertialSlamSettings& s, const Camera& camera) {
+  constexpr double kTangential = 0.1;  // of the sigma of a radial coefficient
+  const Intrinsics stated = intrinsics_of(camera);
+  std::vector<double> sigmas(static_cast<std::size_t>(6 * stated.blocks()), 1);
+  sigmas[0] = s.initial_focal_sigma * camera.fx;
+  sigmas[1] = s.initial_focal_sigma * camera.fy;
+  sigmas[2] = sigmas[3] = s.initial_principal_point_sigma;
+  sigmas[Intrinsics::kReadoutRow] = s.initial_readout_sigma;
+  const std::vector<std::string> names = coefficient_names(camera.distortion);
+  for (std::size_t k = 0; k < stated.coefficients.size(); ++k) {
+    const bool shears = names[k].front() == 'p' || names[k].front() == 's';
+    sigmas[6 + k] = s.initial_distortion_sigma * (shears ? kTangential : 1);
+  }
+  return sigmas;
+}
+
+std::vector<int> considered_rows(const InertialSlamSettings& s, const State& x) {
+  std::vector<int> rows;
+  const auto add = [&](int first, int count) {
+    for (int i = 0; i < count; ++i) rows.push_back(first + i);
+  };
+  if (s.calibrate_extrinsics == Calibrate::kConsidered) {
+    add(x.calibration_row(), 6 * static_cast<int>(x.imu_T_camera.size()));
+  }
+  for (int i = 0; i < static_cast<int>(x.intrinsics.size()); ++i) {
+    const int row = *x.intrinsics_row(i);
+    const bool lens = s.calibrate_intrinsics == Calibrate::kConsidered;
+    if (lens) add(row, Intrinsics::kReadoutRow);
+    if (s.calibrate_readout == Calibrate::kConsidered) add(row + Intrinsics::kReadoutRow, 1);
+    if (lens) add(row + 6, 6 * (x.intrinsics[static_cast<std::size_t>(i)].blocks() - 1));
+  }
+  return rows;
+}
+
 std::vector<Camera> calibrated(std::vector<Camera> cameras,
                                const std::optional<Calibration>& calibration) {
-  if (!calibration || calibration->imu_T_camera.empty()) return cameras;
+  if (!calibration) return cameras;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    cameras[i].cam_T_imu = calibration->imu_T_camera[i].inverse();
+    if (!calibration->imu_T_camera.empty()) {
+      cameras[i].cam_T_imu = calibration->imu_T_camera[i].inverse();
+    }
+    if (!calibration->intrinsics.empty()) {
+      cameras[i] = with_intrinsics(std::move(cameras[i]), calibration->intrinsics[i]);
+    }
   }
   return cameras;
 }
@@ -64,8 +117,8 @@ std::vector<Camera> calibrated(std::vector<Camera> cameras,
 void widen_start(const Calibration& calibration, const std::deque<ImuSample>& samples,
                  InertialStart& start) {
   if (!start.covariance || samples.empty()) return;
-  const Eigen::Index last = calibration.covariance.rows() - 1;
-  const double time = calibration.time_offset ? calibration.covariance(last, last) : 0;  // s^2
+  const int row = calibration.time_offset_row();
+  const double time = calibration.time_offset ? calibration.covariance(row, row) : 0;  // s^2
   const double turn = time * variance(samples, start.time, &ImuSample::angular_rate_imu);
   const double push = time * variance(samples, start.time, &ImuSample::specific_force_imu);
   const double window = std::max(0.1, to_seconds(samples.back().time - start.time));

@@ -11,12 +11,18 @@
 namespace chasles {
 
 /// The part of the calibration that the settings estimate, before any measurement: the extrinsics
-/// of `cameras` and the time offset of the settings, with the initial sigmas of the settings. None
-/// where nothing is estimated.
+/// and intrinsics of `cameras` and the time offset of the settings, with the initial sigmas of the
+/// settings. None where nothing is estimated or considered.
 std::optional<Calibration> stated_calibration(const InertialSlamSettings& settings,
                                               std::span<const Camera> cameras);
 
-/// The cameras with the estimated extrinsics.
+/// The initial sigmas of a camera's intrinsics, in the order of Intrinsics; 1 in its empty rows.
+std::vector<double> intrinsics_sigmas(const InertialSlamSettings& settings, const Camera& camera);
+
+/// The rows of the core that the settings consider (Ekf::Options::considered).
+std::vector<int> considered_rows(const InertialSlamSettings& settings, const State& x);
+
+/// The cameras with the estimated extrinsics and intrinsics.
 std::vector<Camera> calibrated(std::vector<Camera> cameras,
                                const std::optional<Calibration>& calibration);
 

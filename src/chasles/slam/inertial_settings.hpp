@@ -14,6 +14,12 @@ namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
 enum class Toggle { kAuto, kTrue, kFalse };
+/// What a filter does with a part of the calibration.
+enum class Calibrate {
+  kFalse,       ///< it is known
+  kTrue,        ///< it is estimated
+  kConsidered,  ///< its uncertainty counts, and no update corrects it
+};
 
 template <>
 struct Choices<LandmarkInit> {
@@ -25,6 +31,13 @@ template <>
 struct Choices<Toggle> {
   static constexpr std::array list{Choice{Toggle::kAuto, "auto"}, Choice{Toggle::kTrue, "true"},
                                    Choice{Toggle::kFalse, "false"}};
+};
+
+template <>
+struct Choices<Calibrate> {
+  static constexpr std::array list{Choice{Calibrate::kFalse, "false"},
+                                   Choice{Calibrate::kTrue, "true"},
+                                   Choice{Calibrate::kConsidered, "considered"}};
 };
 
 /// An estimated time offset may decrease, so samples are kept for this long [s].
@@ -63,13 +76,25 @@ struct InertialSlamSettings {
   /// (pipeline/measured_offset.hpp) alone, and is 0 otherwise.
   double initial_time_offset() const { return time_offset.value_or(0); }
 
-  bool calibrate_extrinsics = false;
+  /// Whether a part of the calibration is in the state.
+  bool has_extrinsics() const { return calibrate_extrinsics != Calibrate::kFalse; }
+  bool has_intrinsics() const {
+    return calibrate_intrinsics != Calibrate::kFalse || calibrate_readout != Calibrate::kFalse;
+  }
+
+  Calibrate calibrate_extrinsics = Calibrate::kFalse;
   double initial_extrinsic_rotation_sigma = 0.02;
   double initial_extrinsic_translation_sigma = 0.02;
   Toggle calibrate_time_offset = Toggle::kAuto;
   std::optional<double> time_offset;
   double initial_time_offset_sigma = 0.005;
+  Calibrate calibrate_intrinsics = Calibrate::kFalse;
+  double initial_focal_sigma = 0.004;
+  double initial_principal_point_sigma = 3;
+  double initial_distortion_sigma = 0.01;
   std::optional<double> readout_time;
+  Calibrate calibrate_readout = Calibrate::kFalse;
+  double initial_readout_sigma = 0.001;
 
   std::string depth_rule = "constant";
   double fixed_depth = 8;
@@ -165,8 +190,9 @@ void for_each_setting(S& s, Visitor&& visit) {
         "initial sigma of that bias", limits::kNonNegative);
   visit("initial_gyroscope_bias_sigma", s.initial_gyroscope_bias_sigma, "rad/s",
         "initial sigma of that bias", limits::kNonNegative);
-  visit("calibrate_extrinsics", s.calibrate_extrinsics, "bool",
-        "estimate the extrinsics of each camera, starting from the recording's calibration",
+  visit("calibrate_extrinsics", s.calibrate_extrinsics, "choice",
+        "estimate the extrinsics of each camera, starting from the recording's calibration; "
+        "considered: only count their uncertainty",
         limits::kAny);
   visit("initial_extrinsic_rotation_sigma", s.initial_extrinsic_rotation_sigma, "rad",
         "initial sigma of the rotation about each axis", limits::kNonNegative);
@@ -182,10 +208,23 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kClockOffset);
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);
+  visit("calibrate_intrinsics", s.calibrate_intrinsics, "choice",
+        "the same for focal lengths, principal point and lens of each camera", limits::kAny);
+  visit("initial_focal_sigma", s.initial_focal_sigma, "1",
+        "initial sigma of a focal length, over itself", limits::kPositive);
+  visit("initial_principal_point_sigma", s.initial_principal_point_sigma, "px",
+        "initial sigma of each coordinate of the principal point", limits::kPositive);
+  visit("initial_distortion_sigma", s.initial_distortion_sigma, "1",
+        "initial sigma of each coefficient of the lens model; of tangential and prism terms a tenth",
+        limits::kPositive);
   visit("readout_time", s.readout_time, "s",
         "of a rolling shutter, all lines (docs/inertial.md); 0: a global one; below 0: upwards; "
         "auto: as the recording states it, or else as its images show it",
         limits::from_to(-kLongestReadout, kLongestReadout));
+  visit("calibrate_readout", s.calibrate_readout, "choice",
+        "calibrate_intrinsics for the readout time of each rolling shutter", limits::kAny);
+  visit("initial_readout_sigma", s.initial_readout_sigma, "s", "initial sigma of a readout time",
+        limits::kPositive);
   visit("depth_rule", s.depth_rule, "choice",
         "depth of an undelayed landmark initialisation: constant, as the next settings have it, or "
         "a rule that the program has registered (docs/python.md)",

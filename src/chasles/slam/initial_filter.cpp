@@ -12,6 +12,7 @@ State initial_state(const InertialSlamSettings& s, const InertialStart& start,
   if (calibration) {
     x.imu_T_camera = calibration->imu_T_camera;
     x.time_offset = calibration->time_offset;
+    x.intrinsics = calibration->intrinsics;
   }
   x.additive.resize(InertialModel::kSize);
   x.additive << start.accelerometer_bias, start.gyroscope_bias;
@@ -61,7 +62,8 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
            .past = {.recalls = s.recognise != Recognise::kNone,
                     .records = true,
                     .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
-           .keep_scale = s.keep_scale == Toggle::kTrue}};
+           .keep_scale = s.keep_scale == Toggle::kTrue,
+           .considered = considered_rows(s, x)}};
 }
 
 }  // namespace chasles

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <sstream>
 #include <cctype>
 #include <cmath>
 
@@ -82,6 +83,15 @@ std::string lens_model_names() {
     text += ")";
   }
   return text;
+}
+
+std::vector<std::string> coefficient_names(Distortion distortion) {
+  std::vector<std::string> names;
+  std::istringstream words{std::string(find_lens_model(distortion)->coefficients)};
+  for (std::string word; words >> word;) {
+    names.push_back(word.front() == '[' ? word.substr(1) : word);
+  }
+  return names;
 }
 
 std::string lens_model_coefficients() {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -331,6 +332,9 @@ std::optional<Distortion> lens_model_named(std::string_view name);
 
 /// The models with their other names, for messages: "none, radtan (also ...), ...".
 std::string lens_model_names();
+
+/// The names of a model's coefficients, in order.
+std::vector<std::string> coefficient_names(Distortion distortion);
 
 /// The models with their coefficients: "none, radtan (k1 k2 p1 p2 [k3 ...), ...".
 std::string lens_model_coefficients();

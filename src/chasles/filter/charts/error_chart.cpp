@@ -25,6 +25,16 @@ void retract_calibration(State& x, const ErrorRef& xi) {
     imu_T_camera.p += xi.segment<3>(row + 3);
   }
   if (x.time_offset) *x.time_offset += xi[x.time_offset_row()];
+  for (std::size_t i = 0; i < x.intrinsics.size(); ++i) {
+    const int row = *x.intrinsics_row(static_cast<int>(i));
+    Intrinsics& one = x.intrinsics[i];
+    if (one.has_readout) one.readout += xi[row + Intrinsics::kReadoutRow];
+    if (!one.has_lens) continue;
+    one.projection += xi.segment<4>(row);
+    for (std::size_t k = 0; k < one.coefficients.size(); ++k) {
+      one.coefficients[k] += xi[row + 6 + static_cast<int>(k)];
+    }
+  }
   for (Landmark& landmark : x.landmarks) {
     if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
     const SE3& imu_T_camera = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)];
@@ -90,6 +100,15 @@ Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y) {
     xi.segment<3>(row + 3) = y.imu_T_camera[i].p - from.p;
   }
   if (x.time_offset) xi[x.time_offset_row()] = *y.time_offset - *x.time_offset;
+  for (std::size_t i = 0; i < x.intrinsics.size(); ++i) {
+    const int row = *x.intrinsics_row(static_cast<int>(i));
+    const Intrinsics &from = x.intrinsics[i], &to = y.intrinsics[i];
+    xi.segment<4>(row) = to.projection - from.projection;
+    xi[row + Intrinsics::kReadoutRow] = to.readout - from.readout;
+    for (std::size_t k = 0; k < from.coefficients.size(); ++k) {
+      xi[row + 6 + static_cast<int>(k)] = to.coefficients[k] - from.coefficients[k];
+    }
+  }
   for (std::size_t i = 0; i < x.clones.size(); ++i) {
     xi.segment<6>(x.clones[i].row) =
         chart.local(pose_only(x.clones[i].world_T_imu), pose_only(y.clones[i].world_T_imu));
