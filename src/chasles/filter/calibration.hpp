@@ -44,14 +44,13 @@ struct IntrinsicsDerivative {
   auto block(int i) const { return d.middleCols<6>(6 * i); }
 };
 
-/// `camera`: that of `index` as estimated, at the line of the pixel. `p_cam` / w is the point that it
-/// sees [m]. The errors of the `motion` in which the line was read (camera/rolling_shutter.hpp) are
-/// neglected. The state must have intrinsics.
+/// `camera`: that of `index` as estimated, at the line of the pixel. `p_cam` / w is the point that
+/// it sees [m]. The errors of the `motion` in which the line was read (camera/rolling_shutter.hpp)
+/// are neglected. The state must have intrinsics.
 IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
                                            const ReadoutMotion& motion,
                                            const Eigen::Vector2d& pixel,
                                            const Eigen::Vector3d& p_cam, double w);
-
 
 /// The filter's calibration estimate; none if it estimates neither.
 std::optional<Calibration> calibration_of(const Ekf& filter);

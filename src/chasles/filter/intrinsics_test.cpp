@@ -75,7 +75,8 @@ TEST(Intrinsics, ErrorsMoveTheStateAndBack) {
   for (int i = 0; i < 3; ++i) {
     xi[*x.intrinsics_row(i) + 5] = 0;
     if (i == 0) xi[*x.intrinsics_row(i) + Intrinsics::kReadoutRow] = 0;
-    const int used = static_cast<int>(x.intrinsics[static_cast<std::size_t>(i)].coefficients.size());
+    const int used =
+        static_cast<int>(x.intrinsics[static_cast<std::size_t>(i)].coefficients.size());
     for (int k = used; k < 6 * (x.intrinsics[static_cast<std::size_t>(i)].blocks() - 1); ++k) {
       xi[*x.intrinsics_row(i) + 6 + k] = 0;
     }
@@ -87,8 +88,8 @@ TEST(Intrinsics, ErrorsMoveTheStateAndBack) {
 TEST(Intrinsics, APixelHasTheirDerivative) {
   test::Random random(4);
   State x = some_calibrating_filter(random).state();
-  x.landmarks.push_back({.id = 7, .p_world = x.world_T_imu * test::point_ahead(random, 8),
-                         .row = x.size()});
+  x.landmarks.push_back(
+      {.id = 7, .p_world = x.world_T_imu * test::point_ahead(random, 8), .row = x.size()});
   const VectorXd zero = VectorXd::Zero(x.size());
   const std::vector<Camera> cameras = some_cameras();
   for (int index = 0; index < 3; ++index) {
@@ -119,9 +120,8 @@ TEST(Intrinsics, ANewLandmarkKeepsItsPixel) {
   for (int index = 0; index < 3; ++index) {
     const Camera& camera = cameras[static_cast<std::size_t>(index)];
     for (const bool anchored : {false, true}) {
-      const auto fresh =
-          anchored ? initialise_anchored(camera, 1, x, 9, pixel, 0.2, 0.1, index)
-                   : initialise_at_depth(camera, 1, x, 9, pixel, 5, 1, index);
+      const auto fresh = anchored ? initialise_anchored(camera, 1, x, 9, pixel, 0.2, 0.1, index)
+                                  : initialise_at_depth(camera, 1, x, 9, pixel, 5, 1, index);
       ASSERT_TRUE(fresh);
       State with = x;
       with.landmarks.push_back({.id = 9,
@@ -147,7 +147,8 @@ TEST(Intrinsics, ANewLandmarkKeepsItsPixel) {
       D.middleCols<6>(clone).setZero();
       const MatrixXd total = H.leftCols(x.size()) + H.rightCols<3>() * D;
       EXPECT_LT(total.cwiseAbs().maxCoeff(), 1e-6 * H.cwiseAbs().maxCoeff())
-          << index << " " << anchored << "\n" << total;
+          << index << " " << anchored << "\n"
+          << total;
     }
   }
 }
@@ -225,8 +226,9 @@ TEST(ConsideredRows, AreASchmidtKalmanUpdate) {
   EXPECT_EQ(filter.state().intrinsics[0].projection, at.intrinsics[0].projection);
   EXPECT_NE(filter.state().world_T_imu.p, at.world_T_imu.p);
   const int n = at.motion_size();  // of which the change of the chart turns the covariance
-  EXPECT_TRUE(test::agree(filter.covariance().bottomRightCorner(before.rows() - n, before.rows() - n),
-                          expected.bottomRightCorner(before.rows() - n, before.rows() - n), 1e-9));
+  EXPECT_TRUE(
+      test::agree(filter.covariance().bottomRightCorner(before.rows() - n, before.rows() - n),
+                  expected.bottomRightCorner(before.rows() - n, before.rows() - n), 1e-9));
 }
 
 }  // namespace

@@ -147,7 +147,8 @@ std::optional<NewLandmark> initialise_anchored(const Camera& known, double sigma
   result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;
   // The axes of the anchor stay where its line is by the present readout.
   if (const auto row = x.intrinsics_row(index)) {
-    const auto by = intrinsics_derivative(x, index, camera, x.readout, pixel, ray->ray, inverse_depth);
+    const auto by =
+        intrinsics_derivative(x, index, camera, x.readout, pixel, ray->ray, inverse_depth);
     for (int i = 0; i < by.blocks; ++i) {
       Eigen::Matrix<double, 3, 6> d = Eigen::Matrix<double, 3, 6>::Zero();
       d.topRows<2>() = -ray->d_pixel * by.block(i);

@@ -93,8 +93,8 @@ struct HomogeneousPoint {
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if present | nav_T_world 6, if present:
 ///     rotation, position | additive | imu_T_camera 6 each, if present: rotation, position |
-///     time_offset 1, if present | intrinsics, 6 a block, if present | landmarks, 3 each, clones, 6 each, and the shared errors and
-///     landmarks of a considered map, in order of addition ]
+///     time_offset 1, if present | intrinsics, 6 a block, if present | landmarks, 3 each, clones, 6
+///     each, and the shared errors and landmarks of a considered map, in order of addition ]
 ///
 /// where the part before the landmarks is called the core. The error chart (error_chart.hpp)
 /// defines the error coordinates. In all charts the errors of `additive` and of the time offset are
@@ -109,10 +109,10 @@ struct State {
   std::optional<SE3> nav_T_world = {};     ///< if the attitude of the world is estimated
   Eigen::VectorXd additive;            ///< states of the motion model: body velocity, biases, scale
   std::vector<SE3> imu_T_camera = {};  ///< of every camera; empty: not estimated
-  std::optional<double> time_offset = {};  ///< camera clock + time_offset = IMU clock [s]
+  std::optional<double> time_offset = {};   ///< camera clock + time_offset = IMU clock [s]
   std::vector<Intrinsics> intrinsics = {};  ///< of every camera; empty: not estimated
-  std::vector<Landmark> landmarks = {};    ///< not retired; rows rise
-  std::vector<Clone> clones = {};          ///< rows rise
+  std::vector<Landmark> landmarks = {};     ///< not retired; rows rise
+  std::vector<Clone> clones = {};           ///< rows rise
   std::optional<ConsideredMap> considered = {};
   ReadoutMotion readout = {};  ///< after world_T_imu; known, without errors
 

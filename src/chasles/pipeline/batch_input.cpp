@@ -23,7 +23,8 @@ void check_smoothing(const InertialSlamSettings& settings) {
   if (settings.has_extrinsics() || settings.has_intrinsics() || settings.estimates_time_offset()) {
     throw UsageError(
         "batch estimation takes the calibration as known: calibrate_extrinsics, "
-        "calibrate_intrinsics, calibrate_readout and calibrate_time_offset are for the filter; run the filter first, and use the calibration "
+        "calibrate_intrinsics, calibrate_readout and calibrate_time_offset are for the filter; run "
+        "the filter first, and use the calibration "
         "that it estimates");
   }
 }

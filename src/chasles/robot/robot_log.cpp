@@ -15,9 +15,10 @@ RobotLog::RobotLog(Recording sensors, InertialRunSettings settings,
     : sensors_(std::move(sensors)),
       settings_(std::move(settings)),
       estimator_(estimator),
-      recorder_(sensors_, estimator_,
-                {.calibration_columns =
-                     calibration_columns(decided_settings.filter, sensors_.cameras)}) {}
+      recorder_(
+          sensors_, estimator_,
+          {.calibration_columns = calibration_columns(decided_settings.filter, sensors_.cameras)}) {
+}
 
 void RobotLog::add(std::span<const Estimate> estimates) {
   for (const Estimate& e : estimates) recorder_.on_estimate(e, {});

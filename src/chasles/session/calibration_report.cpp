@@ -214,9 +214,9 @@ std::vector<std::string> calibration_remarks(const Calibration& calibration,
   }
   std::vector<std::string> remarks;
   if (!unobserved.empty()) {
-    remarks.push_back(fmt::format(
-        "calibration: the motion did not observe {}: they keep what was stated",
-        fmt::join(unobserved, ", ")));
+    remarks.push_back(
+        fmt::format("calibration: the motion did not observe {}: they keep what was stated",
+                    fmt::join(unobserved, ", ")));
   }
   if (!far.empty()) {
     remarks.push_back(fmt::format(

@@ -125,8 +125,7 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
   prepared.run.realtime = realtime(o);
   prepared.run.wrong_lens = evidence.has_wrong_lens();
   prepared.run.tracks = o.input.tracks;
-  prepared.recorded.calibration_columns =
-      calibration_columns(of_run.filter, recording.cameras);
+  prepared.recorded.calibration_columns = calibration_columns(of_run.filter, recording.cameras);
   prepared.recorded.frames_per_estimate = frames_per_estimate(settings);
   if (from_truth) prepared.recorded.truth_chart = settings.filter.chart;
   if (map) prepared.recorded.prior_map = map_sketch(*map);

@@ -21,8 +21,8 @@ void validate(const InertialSlamSettings& s) {
   }
   const bool cartesian =
       s.landmarks == LandmarkForm::kCartesian && s.init == LandmarkInit::kFixedDepth;
-  if (s.numeric_jacobians && (!cartesian || s.first_estimates || s.has_extrinsics() ||
-                              s.has_intrinsics())) {
+  if (s.numeric_jacobians &&
+      (!cartesian || s.first_estimates || s.has_extrinsics() || s.has_intrinsics())) {
     reject_value("numeric_jacobians", setting_text(s.numeric_jacobians),
                  "false, or landmarks: cartesian, init: fixed-depth, first_estimates: false, "
                  "calibrate_extrinsics: false");

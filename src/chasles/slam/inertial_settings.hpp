@@ -214,9 +214,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         "initial sigma of a focal length, over itself", limits::kPositive);
   visit("initial_principal_point_sigma", s.initial_principal_point_sigma, "px",
         "initial sigma of each coordinate of the principal point", limits::kPositive);
-  visit("initial_distortion_sigma", s.initial_distortion_sigma, "1",
-        "initial sigma of each coefficient of the lens model; of tangential and prism terms a tenth",
-        limits::kPositive);
+  visit(
+      "initial_distortion_sigma", s.initial_distortion_sigma, "1",
+      "initial sigma of each coefficient of the lens model; of tangential and prism terms a tenth",
+      limits::kPositive);
   visit("readout_time", s.readout_time, "s",
         "of a rolling shutter, all lines (docs/inertial.md); 0: a global one; below 0: upwards; "
         "auto: as the recording states it, or else as its images show it",

@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <sstream>
 #include <cctype>
 #include <cmath>
+#include <sstream>
 
 #include <chasles/camera/lenses/lens_model.hpp>
 
