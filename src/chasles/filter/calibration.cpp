@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <Eigen/Geometry>
+
 #include <chasles/filter/calibration.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -28,7 +30,8 @@ Camera as_estimated(Camera camera, const State& x, int index) {
 Intrinsics intrinsics_of(const Camera& camera) {
   return {.projection = {camera.fx, camera.fy, camera.cx, camera.cy},
           .readout = camera.shutter.readout,
-          .coefficients = camera.coefficients};
+          .coefficients = camera.coefficients,
+          .has_readout = camera.shutter.is_rolling()};
 }
 
 Camera with_intrinsics(Camera camera, const Intrinsics& intrinsics) {

@@ -1,4 +1,5 @@
 #include <chasles/filter/multi_view_start.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/filter/pixel_testing.hpp>
 
 // Intrinsics as random constants of the state, with a rolling shutter.

@@ -1,0 +1,219 @@
+#!/usr/bin/env python3
+"""python3 -m studies.cameras [TABLE...]: cameras with a rolling shutter, and a calibration in the state. Fills
+studies/cameras.md between its markers.
+
+rolling      rendered walks and flights, 10 seeds of each: a readout that is known, measured from the images, or
+             taken for a global shutter. It renders to out/cameras, which takes 40 minutes on two cores.
+calibration  simulated walks, 100 runs, with a wrong calibration that is known, estimated or considered.
+
+Without a name it makes both. Needs NumPy."""
+
+import concurrent.futures
+import os
+import pathlib
+import shutil
+import statistics
+import typing
+
+import numpy
+
+from studies import pages
+from studies.arrays import Array
+from studies.pages import fill, number
+from studies.program import EUROC, LOST, ROOT, Argument, Json, assignments, chasles, one_of, parser, read_json, sets
+
+OUT = ROOT / "out/cameras"
+PAGE = ROOT / "studies/cameras.md"
+SEEDS = range(1, 11)
+WORKERS = int(os.environ.get("WORKERS", "2"))
+LENS: Json = {"image_width": 752, "image_height": 480, "focal_length": 458, "center_u": 375.5, "center_v": 239.5}
+MOTIONS: dict[str, tuple[str, list[Argument], Json]] = {
+    "walk": ("walk", [], {"walk_duration": 20}),
+    "flight": ("trajectory", ["--path", EUROC / "imu_gt/V1_02_medium_imu.csv.gz"], {
+        **LENS, "frame_rate": 20, "imu_rate": 200, "accelerometer_noise_density": 2e-3,
+        "gyroscope_noise_density": 1.7e-4}),
+}
+FLIGHT: list[Argument] = ["--stop", 25]
+# Readouts [s] and estimators, from simulated tracks and from rendered images.
+TRACKS = (0, 0.005, 0.02, 0.033), ("filter", "window:20", "batch")
+IMAGES = (0, 0.02), ("filter", "window:20")
+
+
+def run(recording: pathlib.Path, name: str, *arguments: Argument) -> Json | None:
+    """summary.json of a run; none where it was lost."""
+    folder = recording.with_name(f"{recording.name}-{name}")
+    shutil.rmtree(folder, ignore_errors=True)
+    done = chasles("run", recording, "--quiet", "--threads", 1, "-o", folder, *arguments, accepted=(0, LOST), silent=True)
+    summary: Json | None = read_json(folder / "summary.json") if done.returncode == 0 else None
+    shutil.rmtree(folder, ignore_errors=True)
+    return summary
+
+
+def scores(summaries: typing.Sequence[Json | None]) -> list[str]:
+    """Mean ATE, mean NEES of the pose per degree of freedom, and runs that were lost."""
+    kept = [s for s in summaries if s]
+    ate, nees = ([s[key] for s in kept] for key in ("ate_posyaw_m", "nees_pose"))
+    return [number(statistics.mean(ate), 4), number(statistics.mean(nees), 2, per=6), str(len(summaries) - len(kept))]
+
+
+def unstated(recording: pathlib.Path) -> pathlib.Path:
+    """A recording that says nothing of its shutter."""
+    other = recording.with_name(recording.name + "-unstated")
+    shutil.rmtree(other, ignore_errors=True)
+    shutil.copytree(recording, other)
+    sensor = other / "mav0/cam0/sensor.yaml"
+    sensor.write_text("".join(line for line in sensor.open() if not line.startswith("readout_")))
+    return other
+
+
+def of_seed(motion: str, readout: float, images: bool, seed: int) -> dict[str, Json | None]:
+    scene, more, settings = MOTIONS[motion]
+    recording = OUT / f"{motion}-{seed}-{1e3 * readout:.0f}-{'images' if images else 'tracks'}"
+    shutil.rmtree(recording, ignore_errors=True)
+    settings = settings | {"seed": seed, "readout_time": readout}
+    chasles("simulate", scene, *more, *sets(*assignments(settings)), *["--images"] * images, "--run", seed,
+            "--threads", 1, "--quiet", "-o", recording)
+    part = FLIGHT if motion == "flight" else []
+    names = (IMAGES if images else TRACKS)[1]
+    runs = {name: run(recording, name.replace(":", ""), "--estimator", name, *part) for name in names}
+    if readout > 0:
+        runs["ignored"] = run(recording, "ignored", "--set", "readout_time=0", *part)
+    if readout > 0 and images:
+        other = unstated(recording)
+        runs["measured"] = run(other, "measured", *part)
+        shutil.rmtree(other)
+    shutil.rmtree(recording)
+    return runs
+
+
+def rolling() -> str:
+    rows = []
+    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+        for images in (False, True):
+            for motion in MOTIONS:
+                for readout in (IMAGES if images else TRACKS)[0]:
+                    runs = list(pool.map(lambda seed: of_seed(motion, readout, images, seed), SEEDS))
+                    for name in runs[0]:
+                        rows.append(["images" if images else "tracks", motion, f"{1e3 * readout:.0f}", name,
+                                     *scores([one[name] for one in runs])])
+                        print(*rows[-1], flush=True)
+    return pages.table(["from", "motion", "readout ms", "run", "ATE m", "NEES pose / 6", "lost"], rows)
+
+
+# Sigmas of the errors of the stated calibration: rotation [rad], position [m], focal length [1], principal point [px],
+# coefficients of the lens [1], readout [s] and clock [s].
+TURN, SHIFT, FOCAL, CENTRE, DISTORTION, READOUT, CLOCK = 0.0035, 0.005, 0.004, 3.0, 0.01, 0.001, 0.003
+TANGENTIAL = 0.1  # of the sigma of a radial coefficient (slam/inertial_calibration.cpp)
+EXPECTED = sets(f"initial_extrinsic_rotation_sigma={TURN}", f"initial_extrinsic_translation_sigma={SHIFT}",
+                f"initial_focal_sigma={FOCAL}", f"initial_principal_point_sigma={CENTRE}",
+                f"initial_distortion_sigma={DISTORTION}", f"initial_readout_sigma={READOUT}",
+                f"initial_time_offset_sigma={CLOCK}")
+SCENE: Json = {"walk_duration": 30, "distortion": "radtan", "distortion_1": -0.28, "distortion_2": 0.07,
+               "distortion_3": 2e-4, "distortion_4": 2e-5, "readout_time": 0.02, "min_range": 1}
+RUNS = 100
+GROUPS = {"turned": "rotation", "imu_T": "position", "fx": "focal lengths", "fy": "focal lengths",
+          "cx": "principal point", "cy": "principal point", "k1": "k1, k2", "k2": "k1, k2", "p1": "p1, p2",
+          "p2": "p1, p2", "readout": "readout", "time": "clock"}
+
+
+def calibrate(value: str) -> list[str]:
+    clock = "true" if value == "considered" else value  # which a filter may not consider
+    return sets(*(f"calibrate_{part}={value}" for part in ("extrinsics", "intrinsics", "readout")),
+                f"calibrate_time_offset={clock}")
+
+
+class Wrong:
+    """Writes errors into the calibration of a recording with one camera, and knows the true parameters."""
+
+    def __init__(self, recording: pathlib.Path, seed: int) -> None:
+        self.draw = numpy.random.default_rng(seed)
+        text = (recording / "calibration.yaml").read_text()
+        begin = text.index("    cam_T_imu:")
+        rows = [line.split("[")[1].rstrip("]") for line in text[begin:].splitlines()[1:5]]
+        cam_T_imu = numpy.array([[float(x) for x in row.split(",")] for row in rows])
+        imu_T_cam = numpy.linalg.inv(cam_T_imu)
+        turn, shift = self.normal(3, TURN), self.normal(3, SHIFT)
+        stated = numpy.eye(4)
+        stated[:3, :3], stated[:3, 3] = exp(turn) @ imu_T_cam[:3, :3], imu_T_cam[:3, 3] + shift
+        self.true = {f"imu_T_cam0_turned_{axis}": -x for axis, x in zip("xyz", turn)}
+        self.true |= {f"imu_T_cam0_{axis}": x for axis, x in zip("xyz", imu_T_cam[:3, 3])}
+        listed = "".join(f"      - [{', '.join(map(repr, row.tolist()))}]\n" for row in numpy.linalg.inv(stated))
+        text = text[:begin] + "    cam_T_imu:\n" + listed + text[text.index("    readout_time"):]
+        text = self.change(text, "intrinsics", ("fx", "fy", "cx", "cy"), lambda x: (FOCAL * x[0], FOCAL * x[1], CENTRE, CENTRE))
+        text = self.change(text, "distortion_coeffs", ("k1", "k2", "p1", "p2"),
+                           lambda _: (DISTORTION, DISTORTION, TANGENTIAL * DISTORTION, TANGENTIAL * DISTORTION))
+        text = self.change(text, "readout_time", ("readout_time",), lambda _: (READOUT,))
+        (recording / "calibration.yaml").write_text(text)
+        self.true["time_offset"] = 0.0
+        self.clock = float(self.normal(1, CLOCK)[0])
+
+    def normal(self, count: int, sigma: float) -> Array:
+        return sigma * self.draw.standard_normal(count)
+
+    def change(self, text: str, key: str, names: typing.Sequence[str],
+               sigmas: typing.Callable[[list[float]], typing.Sequence[float]]) -> str:
+        begin = text.index(f"    {key}: ")
+        line = text[begin:text.index("\n", begin)]
+        values = [float(x) for x in line.split(": ")[1].strip("[]").split(",")]
+        self.true |= {f"cam0_{name}": value for name, value in zip(names, values)}
+        moved = [value + float(self.normal(1, sigma)[0]) for value, sigma in zip(values, sigmas(values))]
+        number_text = repr(moved[0]) if len(moved) == 1 else f"[{', '.join(map(repr, moved))}]"
+        return text.replace(line, f"    {key}: {number_text}")
+
+
+def exp(turn: Array) -> Array:
+    angle = float(numpy.linalg.norm(turn))
+    x, y, z = turn / angle
+    K = numpy.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    R: Array = numpy.eye(3) + numpy.sin(angle) * K + (1 - numpy.cos(angle)) * K @ K
+    return R
+
+
+def of_run(seed: int) -> tuple[dict[str, Json | None], dict[str, float]]:
+    """The summaries of a run with the exact calibration and with a wrong one, and the estimated parameters' errors over
+    their sigmas."""
+    recording = OUT / f"calibration-{seed}"
+    shutil.rmtree(recording, ignore_errors=True)
+    chasles("simulate", "walk", *sets(*assignments(SCENE | {"seed": seed})), "--run", seed, "--quiet", "-o", recording)
+    runs = {"exact": run(recording, "exact")}
+    wrong = Wrong(recording, seed)
+    clock = sets(f"time_offset={wrong.clock}")
+    runs["known"] = run(recording, "known", *clock)
+    runs["considered"] = run(recording, "considered", *clock, *EXPECTED, *calibrate("considered"))
+    runs["estimated"] = run(recording, "estimated", *clock, *EXPECTED, *calibrate("true"))
+    shutil.rmtree(recording)
+    estimated = runs["estimated"]
+    table = estimated["calibration"]["parameters"] if estimated else []
+    return runs, {p["name"]: (p["estimate"] - wrong.true[p["name"]]) / p["sigma"] for p in table}
+
+
+def group_of(name: str) -> str:
+    return next(group for part, group in GROUPS.items() if part in name)
+
+
+def calibration() -> str:
+    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+        done = list(pool.map(of_run, range(1, RUNS + 1)))
+    rows = [[name, *scores([runs[name] for runs, _ in done])] for name in done[0][0]]
+    errors: dict[str, list[float]] = {}
+    for _, of_names in done:
+        for name, error in of_names.items():
+            errors.setdefault(group_of(name), []).append(error)
+    squares = [[group, number(statistics.mean(e * e for e in of_group), 2),
+                number(100 * sum(abs(e) < 3 for e in of_group) / len(of_group), 1)] for group, of_group in errors.items()]
+    return "\n\n".join([pages.table(["calibration", "ATE m", "NEES pose / 6", "lost"], rows),
+                        pages.table(["estimated", "NEES / 1", "within 3 sigma, %"], squares)])
+
+
+TABLES = {"rolling": rolling, "calibration": calibration}
+
+
+def main() -> None:
+    p = parser(__doc__)
+    p.add_argument("tables", metavar="TABLE", nargs="*", type=one_of(TABLES))
+    for name in p.parse_args().tables or TABLES:
+        fill(PAGE, name, TABLES[name]())
+
+
+if __name__ == "__main__":
+    main()
