@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include <chasles/camera/anchor_face.hpp>
 #include <chasles/camera/distortion.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/camera/triangulation.hpp>
@@ -39,10 +40,12 @@ struct Ray {
 struct Rays {
   std::pmr::vector<Ray> views;
   std::size_t anchor = 0;
+  Eigen::Matrix3d anchor_R_world = Eigen::Matrix3d::Identity();  // axes of the anchor ray's face
   double baseline = 0;  // from the anchor to the view farthest from it [m]
 };
 
-// (alpha, beta, rho): the point is baseline / rho (alpha, beta, 1) in the anchor's camera. Its
+// (alpha, beta, rho): the point is baseline / rho (alpha, beta, 1) from the anchor's camera, in the
+// axes of its ray's face (camera/anchor_face.hpp). Its
 // direction in a view, R (alpha, beta, 1) + rho t, is smooth through rho = 0, the points at
 // infinity.
 using InverseDepthPoint = Eigen::Vector3d;
@@ -63,7 +66,7 @@ std::optional<Rays> rays_of(std::span<const View> views, std::pmr::memory_resour
   rays.views.reserve(views.size());
   for (const View& view : views) {
     if (view.camera == nullptr) return std::nullopt;
-    const std::optional<PixelRay> pixel_ray = unproject(*view.camera, view.pixel);
+    const std::optional<WideRay> pixel_ray = wide_ray(*view.camera, view.pixel);
     if (!pixel_ray) return std::nullopt;
     const SE3 world_T_cam = view.world_T_imu * view.camera->cam_T_imu.inverse();
     if (!world_T_cam.R.allFinite() || !world_T_cam.p.allFinite()) return std::nullopt;
@@ -93,9 +96,11 @@ bool set_anchor(Rays& rays) {
     nearest = std::min(nearest, distance);
   }
   const Ray anchor = views[rays.anchor];
+  const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
+  rays.anchor_R_world = face_R_cam(face_towards(ray)) * anchor.cam_R_world;
   double round_off = 0;
   for (Ray& view : views) {
-    view.cam_R_anchor = view.cam_R_world * anchor.cam_R_world.transpose();
+    view.cam_R_anchor = view.cam_R_world * rays.anchor_R_world.transpose();
     view.p_cam_anchor = view.cam_R_world * (anchor.centre_world - view.centre_world);
     rays.baseline = std::max(rays.baseline, view.p_cam_anchor.norm());
     round_off = std::max(
@@ -106,22 +111,48 @@ bool set_anchor(Rays& rays) {
   return true;
 }
 
-// None if the point is behind a camera, or outside its lens model.
+// Where a camera has a direction, from the principal point [px], and the derivative by the point of
+// which d_point is the direction's derivative. None outside the lens model.
+struct Image {
+  Eigen::Vector2d from_centre;
+  Eigen::Matrix<double, 2, 3> d_point;
+};
+
+std::optional<Image> image_beside(const Camera& camera, const Eigen::Vector3d& seen,
+                                  const Eigen::Matrix3d& d_point) {
+  const double length = seen.norm();
+  const std::optional<PixelProjection> projection = project(camera, seen / length);
+  if (!projection) return std::nullopt;
+  return Image{.from_centre = projection->pixel - Eigen::Vector2d(camera.cx, camera.cy),
+               .d_point = projection->d_point / length * d_point};
+}
+
+std::optional<Image> image_of(const Camera& camera, const Eigen::Vector3d& seen,
+                              const Eigen::Matrix3d& d_point) {
+  if (!seen.allFinite()) return std::nullopt;
+  if (!is_ahead(seen) && sees_beside(camera)) return image_beside(camera, seen, d_point);
+  if (!(seen.z() > 0)) return std::nullopt;
+  const Eigen::Vector2d xy = seen.head<2>() / seen.z();
+  const std::optional<DistortedPoint> bent = distort(camera, xy);
+  if (!bent) return std::nullopt;
+  const Eigen::Vector2d focal(camera.fx, camera.fy);
+  const Eigen::Matrix2d d_xy = focal.asDiagonal() * bent->d_xy / seen.z();
+  return Image{.from_centre = focal.cwiseProduct(bent->xy),
+               .d_point = d_xy * (d_point.topRows<2>() - xy * d_point.row(2))};
+}
+
+// None if a camera does not see the point.
 std::optional<Normal> normal_equations(const Rays& rays, const InverseDepthPoint& point) {
   Normal normal;
   for (const Ray& view : rays.views) {
     Eigen::Matrix3d d_point = view.cam_R_anchor;
     d_point.col(2) = view.p_cam_anchor;
     const Eigen::Vector3d seen = d_point * point + view.cam_R_anchor.col(2);
-    if (!(seen.z() > 0) || !seen.allFinite()) return std::nullopt;
-    const Eigen::Vector2d xy = seen.head<2>() / seen.z();
-    const std::optional<DistortedPoint> bent = distort(*view.camera, xy);
-    if (!bent) return std::nullopt;
-    const Eigen::Vector2d focal(view.camera->fx, view.camera->fy);
+    const std::optional<Image> image = image_of(*view.camera, seen, d_point);
+    if (!image) return std::nullopt;
     const Eigen::Vector2d principal(view.camera->cx, view.camera->cy);
-    const Eigen::Vector2d residual = view.pixel - principal - focal.cwiseProduct(bent->xy);
-    const Eigen::Matrix2d d_xy = focal.asDiagonal() * bent->d_xy / seen.z();
-    const Eigen::Matrix<double, 2, 3> J = d_xy * (d_point.topRows<2>() - xy * d_point.row(2));
+    const Eigen::Vector2d residual = view.pixel - principal - image->from_centre;
+    const Eigen::Matrix<double, 2, 3>& J = image->d_point;
     normal.cost += residual.squaredNorm();
     normal.matrix += J.transpose() * J;
     normal.gradient += J.transpose() * residual;
@@ -141,7 +172,7 @@ InverseDepthPoint linear_point(const Rays& rays) {
     A += across;
     b += across * (view.centre_world - anchor.centre_world);
   }
-  const Eigen::Vector3d p_anchor = anchor.cam_R_world * solve_symmetric(A, b);
+  const Eigen::Vector3d p_anchor = rays.anchor_R_world * solve_symmetric(A, b);
   return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), rays.baseline / p_anchor.z()};
 }
 
@@ -149,7 +180,7 @@ InverseDepthPoint linear_point(const Rays& rays) {
 // may move the linear point behind the cameras.
 std::optional<InverseDepthPoint> start(const Rays& rays) {
   const Ray& anchor = rays.views[rays.anchor];
-  const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
+  const Eigen::Vector3d ray = rays.anchor_R_world * anchor.ray_world;
   const double x = ray.x() / ray.z();
   const double y = ray.y() / ray.z();
   std::optional<InverseDepthPoint> best;
@@ -209,9 +240,12 @@ double largest_parallax(const Rays& rays, const Eigen::Vector3d& p_world) {
   return 2 * std::asin(std::min(1.0, std::sqrt(chord2) / 2));
 }
 
-bool in_front(const Rays& rays, const Eigen::Vector3d& p_world) {
+// As project.
+bool far_enough(const Rays& rays, const Eigen::Vector3d& p_world) {
   return std::ranges::all_of(rays.views, [&](const Ray& view) {
-    return view.cam_R_world.row(2).dot(p_world - view.centre_world) > kMinDepth;
+    const Eigen::Vector3d ray = p_world - view.centre_world;
+    if (view.cam_R_world.row(2).dot(ray) > kMinDepth) return true;
+    return sees_beside(*view.camera) && ray.norm() > kMinDepth;
   });
 }
 
@@ -239,11 +273,11 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   const Eigen::Vector3d p_anchor(scale * point.x(), scale * point.y(), scale);
   Eigen::Matrix3d d_point = scale * Eigen::Matrix3d::Identity();
   d_point.col(2) = -p_anchor / point.z();
-  d_point = anchor.cam_R_world.transpose() * d_point;
+  d_point = rays->anchor_R_world.transpose() * d_point;
 
   MultiViewPoint result;
-  result.p_world = anchor.centre_world + anchor.cam_R_world.transpose() * p_anchor;
-  if (!in_front(*rays, result.p_world)) return std::nullopt;
+  result.p_world = anchor.centre_world + rays->anchor_R_world.transpose() * p_anchor;
+  if (!far_enough(*rays, result.p_world)) return std::nullopt;
   result.covariance = d_point * inverse * d_point.transpose();
   result.rms = std::sqrt(normal.cost / static_cast<double>(2 * views.size()));
   result.parallax = largest_parallax(*rays, result.p_world);

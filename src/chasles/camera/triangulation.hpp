@@ -27,14 +27,14 @@ struct MultiViewPoint {
 
 /// The point of least squared reprojection error. A linear solution from the rays is followed by
 /// Gauss-Newton steps with Levenberg's damping, to convergence. The coordinates are inverse depth
-/// in the view nearest to the middle (Montiel, Civera & Davison 2006). The covariance is the
-/// inverse of the normal matrix at the solution.
+/// in the view nearest to the middle (Montiel, Civera & Davison 2006), in the axes of its ray's
+/// face (anchor_face.hpp). The covariance is the inverse of the normal matrix at the solution.
 ///
 /// None with fewer than two views, and if a camera is missing, a pose or pixel is not finite, or a
-/// pixel has no ray (unproject). None without parallax: the camera centres coincide to round-off,
-/// all lie on the ray through the point (the normal matrix is singular to working precision), or
-/// the rays are parallel or diverge. None if the point lies behind a camera or nearer than
-/// kMinDepth (stereo.hpp). Small parallax is accepted and gives a large covariance.
+/// pixel has no direction (bearing). None without parallax: the camera centres coincide to
+/// round-off, all lie on the ray through the point (the normal matrix is singular to working
+/// precision), or the rays are parallel or diverge. None if a camera does not see the point, or it
+/// is nearer than kMinDepth (project). Small parallax is accepted and gives a large covariance.
 std::optional<MultiViewPoint> triangulate(std::span<const View> views);
 
 }  // namespace chasles

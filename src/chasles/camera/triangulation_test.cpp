@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -109,6 +110,62 @@ TEST(Triangulation, AnInstantsViewsFromTwoCamerasSuffice) {
   const auto found = triangulate(views_of(p, {pose, pose}, {0, 1}));
   ASSERT_TRUE(found);
   EXPECT_LT((found->p_world - p).norm(), 1e-9);
+}
+
+// Directions on all sides of a fisheye camera that sees 150 degrees off its axis, also straight up,
+// sideways and backward.
+TEST(Triangulation, APointBesideOrBehindTheCamerasIsFound) {
+  test::Random random(49);
+  int behind = 0;
+  for (int round = 0; round < 300; ++round) {
+    const Eigen::Vector3d direction = random.axis();
+    if (direction.x() < -0.7) continue;  // x is the optical axis
+    behind += direction.x() < 0;
+    const Eigen::Vector3d p = random.uniform(2, 20) * direction;
+    const auto poses = path(random, {0, 0, 0}, random.axis(), 8);
+    const auto exact = views_of(p, poses, {2});
+    const auto found = triangulate(exact);
+    if (!found) {
+      // Along the path there is no parallax.
+      EXPECT_GT(std::abs(direction.dot((poses[7].p - poses[0].p).normalized())), 0.97);
+      continue;
+    }
+    const double scale = 1 / found->parallax;
+    EXPECT_LT((found->p_world - p).norm(), 1e-9 * scale * scale) << direction.transpose();
+    if (found->parallax < 0.03) continue;
+    // The least-squares point, and its normal matrix.
+    const auto views = with_noise(exact, random, 0.2);
+    const auto noisy = triangulate(views);
+    ASSERT_TRUE(noisy);
+    const auto error = [&](const Eigen::Vector3d& q) { return residuals(views, q); };
+    const Eigen::MatrixXd J = test::numeric_derivative(error, noisy->p_world);
+    const Eigen::Matrix3d information = J.transpose() * J;
+    const Eigen::Vector3d left =
+        information.ldlt().solve(J.transpose() * residuals(views, noisy->p_world));
+    EXPECT_LT(std::sqrt(left.dot(information * left)), 1e-6);
+    EXPECT_TRUE(test::agree(Eigen::Matrix3d(noisy->covariance * information),
+                            Eigen::Matrix3d::Identity(), 1e-5));
+  }
+  EXPECT_GT(behind, 80);
+}
+
+// Two cameras back to back, of 200 degrees each, share the points beside them.
+TEST(Triangulation, TwoCamerasBackToBackShareTheirRims) {
+  Camera front = test::fisheye_camera(), back = front;
+  back.cam_T_imu.R = so3::exp({0, std::numbers::pi, 0});
+  back.cam_T_imu.p = {0, 0, -0.05};
+  for (const double around : {0.0, 1.0, 2.5, 4.4}) {
+    const Eigen::Vector3d p(1.5 * std::cos(around), 1.5 * std::sin(around), 0.1);
+    std::vector<View> views;
+    for (const Camera* camera : {&front, &back}) {
+      const auto seen = project(*camera, camera->cam_T_imu * p);
+      ASSERT_TRUE(seen);
+      views.push_back({.world_T_imu = {}, .camera = camera, .pixel = seen->pixel});
+    }
+    const auto found = triangulate(views);
+    ASSERT_TRUE(found);
+    EXPECT_LT((found->p_world - p).norm(), 1e-9);
+  }
 }
 
 TEST(Triangulation, TheOrderOfTheViewsDoesNotMatter) {

@@ -285,7 +285,8 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
                                 .cam_T_imu = landmarks[i].cam_T_imu,
                                 .inverse_depth = landmarks[i].inverse_depth,
                                 .camera = landmarks[i].camera,
-                                .imu_T_line = landmarks[i].imu_T_line});
+                                .imu_T_line = landmarks[i].imu_T_line,
+                                .face = landmarks[i].face});
     state_.landmarks.back().first = state_.p_world(state_.landmarks.back());
   }
 }

@@ -65,6 +65,7 @@ struct NewLandmark {
   SE3 cam_T_imu = {}, imu_T_line = {};
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
   int camera = 0;
+  AnchorFace face = AnchorFace::kFront;
 
   /// As new, but that `clones` keep their room.
   void clear() {

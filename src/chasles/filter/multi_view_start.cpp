@@ -179,13 +179,15 @@ void set_point(LandmarkId id, const Vector3d& p_world, std::span<const ClonedVie
 void hang_on_anchor(const State& x, const ClonedView& last, Linearisation at, MultiViewScratch& s,
                     Linear& linear, NewLandmark& landmark) {
   Clone anchor = x.clone(last.clone);
-  const SE3& cam_T_imu = s.views.back().camera->cam_T_imu;
-  const Vector3d p_cam = cam_T_imu * (anchor.world_T_imu.inverse() * landmark.p_world);
+  const SE3& of_camera = s.views.back().camera->cam_T_imu;
+  const Vector3d p_cam = of_camera * (anchor.world_T_imu.inverse() * landmark.p_world);
+  landmark.face = face_towards(p_cam);
+  const SE3 cam_T_imu = face_T_imu(landmark.face, of_camera);
   landmark.anchor = anchor.id;
   landmark.camera = last.camera;
   landmark.cam_T_imu = cam_T_imu;
   landmark.imu_T_line = imu_T_line(*s.views.back().camera, anchor.readout, last.pixel);
-  landmark.inverse_depth = Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+  landmark.inverse_depth = inverse_depth_in(landmark.face, p_cam, 1);
   Landmark known;
   known.cam_T_imu = cam_T_imu;
   known.imu_T_line = landmark.imu_T_line;

@@ -55,7 +55,7 @@ struct MultiViewScratch {
 /// separates the point from the rest. The noise of the landmark and that of the rest are
 /// independent, so that each observation counts once. The landmark is the point as it is observed
 /// at the time of the last view, which must be the latest. An anchored landmark is anchored on the
-/// last view's clone. None if the views do not meet in a point in front of all cameras.
+/// last view's clone. None if the views do not meet in a point that all cameras see.
 std::optional<MultiViewStart> initialise_multi_view(
     std::span<const Camera> cameras, const TrackNoise& noise, const State& x, LandmarkId id,
     std::span<const ClonedView> views, bool anchored, Linearisation at = Linearisation::kCurrent);

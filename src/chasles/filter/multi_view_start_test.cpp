@@ -46,6 +46,21 @@ Tracked tracked(test::Random& random, bool calibrating, double pixel_noise, int 
   return result;
 }
 
+// A point 105 degrees off the axis of the fisheye camera, which alone observes it.
+Tracked tracked_beside(test::Random& random, bool calibrating, double pixel_noise) {
+  constexpr int kFisheye = 2;
+  Tracked result{some_filter(random, calibrating), {}};
+  const State& x = result.filter.state();
+  const Vector3d p_world = x.world_T_imu * Vector3d(-1.6, 5.8, 0.4);
+  for (const Clone& clone : x.clones) {
+    const Vector2d pixel = pixel_of(camera_of(x, kFisheye), clone.world_T_imu, p_world);
+    result.views.push_back({.clone = clone.id,
+                            .camera = kFisheye,
+                            .pixel = pixel + pixel_noise * random.normal_vector(2)});
+  }
+  return result;
+}
+
 std::optional<MultiViewStart> initialise(const Tracked& t, bool anchored, double sigma = 0.8) {
   return initialise_multi_view(kCameras, {.sigma = sigma}, t.filter.state(), 7, t.views, anchored);
 }
@@ -59,7 +74,8 @@ State with_landmark(const State& x, const NewLandmark& fresh) {
                               .anchor = fresh.anchor,
                               .cam_T_imu = fresh.cam_T_imu,
                               .inverse_depth = fresh.inverse_depth,
-                              .camera = fresh.camera});
+                              .camera = fresh.camera,
+                              .face = fresh.face});
   return result;
 }
 
@@ -243,22 +259,27 @@ TEST_P(MultiViewStartTest, DerivativesAreThoseOfTheLeastSquaresPoint) {
 
 TEST_P(MultiViewStartTest, AnchoredIsTheSamePointOnTheLastViewsClone) {
   test::Random random(8);
-  const Tracked t = tracked(random, GetParam(), 0.5);
-  const auto cartesian = initialise(t, false);
-  const auto anchored = initialise(t, true);
-  ASSERT_TRUE(cartesian && anchored);
-  ASSERT_TRUE(anchored->landmark.anchor);
-  EXPECT_EQ(*anchored->landmark.anchor, t.views.back().clone);
-  const State x = with_landmark(t.filter.state(), anchored->landmark);
-  EXPECT_LT((x.p_world(x.landmarks.back()) - cartesian->landmark.p_world).norm(), 1e-11);
+  for (const Tracked& t :
+       {tracked(random, GetParam(), 0.5), tracked_beside(random, GetParam(), 0.1)}) {
+    const auto cartesian = initialise(t, false);
+    const auto anchored = initialise(t, true);
+    ASSERT_TRUE(cartesian && anchored);
+    ASSERT_TRUE(anchored->landmark.anchor);
+    EXPECT_EQ(*anchored->landmark.anchor, t.views.back().clone);
+    const State x = with_landmark(t.filter.state(), anchored->landmark);
+    EXPECT_LT((x.p_world(x.landmarks.back()) - cartesian->landmark.p_world).norm(), 1e-11);
 
-  // The joint covariance of clones and position does not depend on the form of the new landmark.
-  Ekf one = t.filter;
-  Ekf other = t.filter;
-  one.add({&cartesian->landmark, 1});
-  other.add({&anchored->landmark, 1});
-  other.make_cartesian(static_cast<int>(other.state().landmarks.size()) - 1);
-  EXPECT_LT(test::covariance_difference(other.covariance(), one.covariance()), 1e-9);
+    // The joint covariance of clones and position does not depend on the form of the new landmark.
+    Ekf one = t.filter;
+    Ekf other = t.filter;
+    one.add({&cartesian->landmark, 1});
+    other.add({&anchored->landmark, 1});
+    other.make_cartesian(static_cast<int>(other.state().landmarks.size()) - 1);
+    EXPECT_LT(test::covariance_difference(other.covariance(), one.covariance()), 1e-9);
+  }
+  // In the axes of another face.
+  const auto beside = initialise(tracked_beside(random, GetParam(), 0.1), true);
+  EXPECT_NE(beside->landmark.face, AnchorFace::kFront);
 }
 
 TEST_P(MultiViewStartTest, ViewsThatDoNotMeetBeginNothing) {

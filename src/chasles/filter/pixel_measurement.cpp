@@ -1,3 +1,5 @@
+#include <Eigen/LU>
+
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/filter/pixel_projection.hpp>
@@ -9,6 +11,21 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+
+// Far off the axis, a pixel's angle may differ much from that on the axis: the noise of the two
+// coordinates of a ray in its face, from that of the pixel. None where the lens has no pixel.
+std::optional<Matrix3d> noise_beside(const Camera& camera, const Landmark& landmark,
+                                     double variance) {
+  const Matrix3d cam_R_face = face_R_cam(landmark.face).transpose();
+  const Vector3d ray =
+      cam_R_face * Vector3d(landmark.inverse_depth.x(), landmark.inverse_depth.y(), 1);
+  const auto seen = project(camera, ray);
+  if (!seen) return std::nullopt;
+  const Eigen::Matrix2d d_xy = (seen->d_point * cam_R_face.leftCols<2>()).inverse();
+  Matrix3d noise = Matrix3d::Zero();
+  noise.topLeftCorner<2, 2>() = variance * d_xy * d_xy.transpose();
+  return noise;
+}
 
 }  // namespace
 
@@ -87,6 +104,9 @@ Eigen::Matrix2d bilinear_noise(const Camera& known, const Ekf& filter, int numbe
 
 Matrix3d drift_noise(const Camera& known, const State& x, const Landmark& landmark, double variance,
                      int index) {
+  if (landmark.anchor && landmark.face != AnchorFace::kFront) {
+    if (const auto noise = noise_beside(known, landmark, variance)) return *noise;
+  }
   const Vector2d f = focal_lengths_at_axis(known);
   const double u = variance / (f.x() * f.x()), v = variance / (f.y() * f.y());
   if (landmark.anchor) return Vector3d(u, v, 0).asDiagonal();
@@ -100,14 +120,14 @@ std::optional<NewLandmark> initialise_at_depth(const Camera& known, double sigma
                                                LandmarkId id, const Vector2d& pixel, double depth,
                                                double depth_sigma, int index) {
   const Camera camera = as_estimated(known, x, index, pixel);
-  const auto ray = unproject(camera, pixel);
+  const auto ray = wide_ray(camera, pixel);
   if (!ray) return std::nullopt;
   const Matrix3d world_R_cam = x.world_T_imu.R * camera.cam_T_imu.R.transpose();
   NewLandmark result;
   result.id = id;
   result.p_world = x.world_T_imu * (camera.cam_T_imu.inverse() * (depth * ray->ray));
   result.d_pose << -hat(result.p_world - x.world_T_imu.p), Matrix3d::Identity();
-  const Eigen::Matrix<double, 3, 2> d_pixel = depth * world_R_cam.leftCols<2>() * ray->d_pixel;
+  const Eigen::Matrix<double, 3, 2> d_pixel = depth * world_R_cam * ray->d_pixel;
   const Vector3d d_depth = world_R_cam * ray->ray;
   result.noise = sigma * sigma * d_pixel * d_pixel.transpose() +
                  depth_sigma * depth_sigma * d_depth * d_depth.transpose();
@@ -134,26 +154,28 @@ std::optional<NewLandmark> initialise_anchored(const Camera& known, double sigma
                                                double inverse_depth, double inverse_depth_sigma,
                                                int index) {
   const Camera camera = as_estimated(known, x, index, pixel);
-  const auto ray = unproject(camera, pixel);
+  const auto ray = face_ray(camera, pixel);
   if (!ray) return std::nullopt;
   NewLandmark result;
   result.id = id;
   result.anchor = x.clones.back().id;
   result.camera = index;
-  result.cam_T_imu = camera.cam_T_imu;
+  result.face = ray->face;
+  result.cam_T_imu = face_T_imu(ray->face, camera.cam_T_imu);
   result.imu_T_line = imu_T_line(camera, x.readout, pixel);
-  result.inverse_depth << ray->ray.head<2>(), inverse_depth;
+  result.inverse_depth << ray->xy, inverse_depth;
   result.noise.topLeftCorner<2, 2>() = sigma * sigma * ray->d_pixel * ray->d_pixel.transpose();
   result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;
   // The axes of the anchor stay where its line is by the present readout.
   if (const auto row = x.intrinsics_row(index)) {
-    const auto by =
-        intrinsics_derivative(x, index, camera, x.readout, pixel, ray->ray, inverse_depth);
+    const Matrix3d to_face = face_R_cam(ray->face);
+    const Vector3d along = to_face.transpose() * Vector3d(ray->xy.x(), ray->xy.y(), 1);
+    const auto by = intrinsics_derivative(x, index, camera, x.readout, pixel, along, inverse_depth);
     for (int i = 0; i < by.blocks; ++i) {
       Eigen::Matrix<double, 3, 6> d = Eigen::Matrix<double, 3, 6>::Zero();
       d.topRows<2>() = -ray->d_pixel * by.block(i);
       if (i == 0) {
-        const Vector3d& moved = by.p_cam_by_readout;
+        const Vector3d moved = to_face * by.p_cam_by_readout;
         d.col(Intrinsics::kReadoutRow) = moved.z() * result.inverse_depth;
         d.col(Intrinsics::kReadoutRow).head<2>() -= moved.head<2>();
       }

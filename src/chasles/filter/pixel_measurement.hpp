@@ -35,14 +35,15 @@ Eigen::Matrix3d drift_noise(const Camera& camera, const State& x, const Landmark
                             double variance, int index);
 
 /// Undelayed initialisation of a landmark on the pixel's ray, at a depth [m] of the given mean and
-/// standard deviation (Kleinert & Stilla). None if the lens model has no ray.
+/// standard deviation (Kleinert & Stilla). The depth is along the camera's axis, or for a ray that
+/// is not ahead (is_ahead), the distance. None if the lens model has no ray.
 std::optional<NewLandmark> initialise_at_depth(const Camera& camera, double sigma, const State& x,
                                                LandmarkId id, const Eigen::Vector2d& pixel,
                                                double depth, double depth_sigma, int index = 0);
 
 /// Undelayed initialisation of an anchored landmark in the camera of the latest clone, which must
 /// be a clone of the current pose, at an inverse depth [1/m] of the given mean and standard
-/// deviation. None if the lens model has no ray.
+/// deviation, in the axes of the ray's face. None if the lens model has no ray.
 std::optional<NewLandmark> initialise_anchored(const Camera& camera, double sigma, const State& x,
                                                LandmarkId id, const Eigen::Vector2d& pixel,
                                                double inverse_depth, double inverse_depth_sigma,

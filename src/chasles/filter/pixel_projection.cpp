@@ -18,10 +18,15 @@ std::optional<Seen> see(const Camera& camera, const SE3& cam_T_imu, const SE3& w
   const Eigen::Matrix3d cam_R_world = cam_T_imu.R * world_T_imu.R.transpose();
   const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
   const Eigen::Vector3d p_cam = cam_R_world * from_imu + point.w * cam_T_imu.p;
-  if (!(p_cam.z() > least_depth * std::max(point.w, kLeastW))) return std::nullopt;
-  const auto projection = project(camera, p_cam / p_cam.z());
+  const double least = least_depth * std::max(point.w, kLeastW);
+  double scale = p_cam.z();
+  if (!(scale > least)) {
+    scale = p_cam.norm();
+    if (!sees_beside(camera) || !(scale > least)) return std::nullopt;
+  }
+  const auto projection = project(camera, p_cam / scale);
   if (!projection) return std::nullopt;
-  const Eigen::Matrix<double, 2, 3> d_p_cam = projection->d_point / p_cam.z();
+  const Eigen::Matrix<double, 2, 3> d_p_cam = projection->d_point / scale;
   Seen seen;
   seen.residual = pixel - projection->pixel;
   seen.d_point = d_p_cam * cam_R_world;

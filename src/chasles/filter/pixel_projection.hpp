@@ -20,7 +20,8 @@ struct Seen {
 };
 
 /// A projection does not depend on the scale of the homogeneous point, so w need not be positive.
-/// None if the point has no projection (project), or is nearer than least_depth [m].
+/// None if the point has no projection (project), or is nearer than least_depth [m], to the plane
+/// or the camera as there.
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
                         const Eigen::Vector2d& pixel, double least_depth = kMinDepth);
 /// The same with these extrinsics instead of the camera's.

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/camera/anchor_face.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/lens_coefficients.hpp>
 #include <chasles/camera/rolling_shutter.hpp>
@@ -39,20 +40,22 @@ struct Intrinsics {
 };
 
 /// A point of the map in the state, in one of two forms: Cartesian, or anchored inverse depth,
-/// (x/z, y/z, 1/z) in a camera of a clone.
+/// (x/z, y/z, 1/z) in a camera of a clone, or where its ray is beside or behind that camera, in the
+/// axes of another face (camera/anchor_face.hpp).
 struct Landmark {
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m]; Cartesian form
   int row = 0;                     ///< first row of its three errors in the error vector
   int observations = 0;            ///< used so far, including the one of its initialisation
   std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
-  SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel; the estimate, if
-                       ///< estimated
+  SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel and in the axes of the
+                       ///< face; the estimate, if estimated
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< world position at initialisation [m]
   int camera = 0;  ///< the anchor's; index into State::imu_T_camera if those are estimated
   std::optional<int> considered = {};  ///< its number in Ekf::past(), if of a ConsideredMap
   SE3 imu_T_line = {};  ///< of the pixel that anchors it (camera/rolling_shutter.hpp)
+  AnchorFace face = AnchorFace::kFront;  ///< of the anchor's camera
 
   /// Whether its depth is positive: noise may move an inverse depth through zero.
   bool has_place() const { return !anchor || inverse_depth.z() > 0; }

@@ -38,7 +38,7 @@ void retract_calibration(State& x, const ErrorRef& xi) {
   for (Landmark& landmark : x.landmarks) {
     if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
     const SE3& imu_T_camera = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)];
-    landmark.cam_T_imu = (landmark.imu_T_line * imu_T_camera).inverse();
+    landmark.cam_T_imu = face_T_imu(landmark.face, (landmark.imu_T_line * imu_T_camera).inverse());
   }
 }
 
