@@ -175,7 +175,7 @@ class BatchSettings(TypedDict, total=False):
     chart: str
     """error chart of the steps; filter: that of the filter's settings; default filter"""
     initial_error: float
-    """error that is added to the initial states, as a fraction: drift [rad], scale, depths (docs/convergence.md);
+    """error that is added to the initial states, as a fraction: drift [rad], scale, depths (studies/convergence.md);
     default 0"""
     seed: int
     """of that error [number]; default 1"""

@@ -162,6 +162,20 @@ class ForeignCalibration : public ::testing::Test {
   fs::path folder;
 };
 
+// VINS takes the stamp of an image for the time of its middle row.
+TEST_F(ForeignCalibration, OfVinsWithARollingShutter) {
+  add_vins(vins_text() + "rolling_shutter: 1\nrolling_shutter_tr: 0.030\n");
+  const KalibrCalibration rig = read();
+  EXPECT_EQ(rig.cameras.at(0).shutter.readout, 0.03);
+  EXPECT_EQ(rig.cameras.at(0).shutter.direction, ReadoutDirection::kDown);
+  EXPECT_EQ(rig.time_offsets.at(0), std::chrono::milliseconds(5 - 15));
+  add_vins(vins_text() + "rolling_shutter: 0\nrolling_shutter_tr: 0.030\n");
+  EXPECT_FALSE(read().cameras.at(0).shutter.is_rolling());
+  EXPECT_EQ(read().time_offsets.at(0), std::chrono::milliseconds(5));
+  add_vins(vins_text() + "rolling_shutter: 1\nrolling_shutter_tr: 30\n");
+  expect_parts(error(), {"config.yaml", "rolling_shutter_tr", "is 30", "in seconds"});
+}
+
 TEST_F(ForeignCalibration, OfVinsFusion) {
   add_vins(vins_text());
   const KalibrCalibration rig = read();

@@ -65,6 +65,14 @@ class Kalibr : public ::testing::Test {
   fs::path folder;
 };
 
+TEST_F(Kalibr, ACameraMayHaveARollingShutter) {
+  write(changed(kChain, "  rostopic: /cam0", "  readout_time: 0.031\n  rostopic: /cam0"), kImu);
+  EXPECT_EQ(read().cameras[0].shutter.readout, 0.031);
+  EXPECT_FALSE(read().cameras[1].shutter.is_rolling());
+  write(changed(kChain, "  rostopic: /cam0", "  readout_time: 31\n  rostopic: /cam0"), kImu);
+  expect_parts(error(), {"camchain-imucam.yaml", "'readout_time': is 31", "in seconds"});
+}
+
 TEST_F(Kalibr, CamerasAndImuAreReadWhole) {
   const KalibrCalibration k = read();
   ASSERT_EQ(k.cameras.size(), 2u);

@@ -42,7 +42,7 @@ TEST(RollingShutter, AMotionTurnsAndMovesByItsPolynomials) {
   EXPECT_TRUE(test::agree(motion.after(0).R, Eigen::Matrix3d::Identity(), 1e-15));
 }
 
-// A point at rest, from an IMU that has moved on: the camera at the line sees it as the moved IMU.
+// The camera at the line sees a fixed point as from the IMU that has moved on.
 TEST(RollingShutter, ACameraAtALineIsWhereTheImuHasMoved) {
   const Camera camera = rolling(ReadoutDirection::kDown);
   const ReadoutMotion motion{.rate = {0.4, -0.2, 1.1}, .velocity = {1, 2, -0.5}};

@@ -140,5 +140,20 @@ TEST(LensFit, ARollingShutterIsNoOffset) {
   EXPECT_FALSE(lens_of(rolling(0))->is_rolling());
 }
 
+// A stated readout is right, or the finding has both. The offset is then that of the first line.
+TEST(LensFit, AStatedReadoutIsCompared) {
+  Recording r = rolling(0.03);
+  r.cameras.front().shutter.readout = 0.03;
+  EXPECT_EQ(findings(report_of(r)).find("readout"), std::string::npos) << findings(report_of(r));
+  EXPECT_NEAR(
+      fit_camera(r.frames, r.cameras, 0, gyroscope_rates(r.imu))->offset().value, -0.015, 0.002);
+  r.cameras.front().shutter.readout = 0.015;
+  const Finding& other = finding(report_of(r), "cam0", "its readout_time says 15.0 ms");
+  EXPECT_NEAR(other.value, 15, 3);
+  test::expect_parts(other.advice, {"readout_time and readout_direction"});
+  r.cameras.front().shutter = {.readout = 0.03, .direction = ReadoutDirection::kUp};
+  EXPECT_NEAR(finding(report_of(r), "cam0", "says -30.0 ms").value, 60, 4);
+}
+
 }  // namespace
 }  // namespace chasles

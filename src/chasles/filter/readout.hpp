@@ -22,7 +22,7 @@ struct MeasuredReadout {
 };
 
 /// From the intervals since the time of the image. The rotation is exact in their middle and at
-/// their end. At rest without intervals. `biases`: accelerometer [m/s^2], gyroscope [rad/s].
+/// their end. No motion without intervals. `biases`: accelerometer [m/s^2], gyroscope [rad/s].
 MeasuredReadout measured_readout(std::span<const ImuInterval> intervals, const Vector6d& biases);
 
 /// The longest readout of the cameras [s].

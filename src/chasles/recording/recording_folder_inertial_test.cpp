@@ -261,6 +261,22 @@ TEST_F(InertialFolder, StatesWhetherTheNoiseIsExact) {
                {"calibration.yaml:", "key 'noise_is_exact': is '1', expected true", "or false"});
 }
 
+TEST_F(InertialFolder, ARollingShutterIsReadAgain) {
+  recording.cameras[1].shutter = {.readout = 0.0206, .direction = ReadoutDirection::kLeft};
+  write_folder_recording(recording, folder);
+  const Recording r = read_folder_recording(folder);
+  EXPECT_FALSE(r.cameras[0].shutter.is_rolling());
+  EXPECT_EQ(r.cameras[1].shutter.readout, 0.0206);
+  EXPECT_EQ(r.cameras[1].shutter.direction, ReadoutDirection::kLeft);
+  const std::string file = "calibration.yaml";
+  expect_parts(error(file, "readout_time: 0.0206", "readout_time: 20.6"),
+               {"'readout_time': is 20.6", "in seconds, from 0", "to 0.2"});
+  expect_parts(error(file, "readout_time: 0.0206", "readout_time: -0.01"), {"is -0.01"});
+  expect_parts(error(file, "readout_time: 0.0206", "readout_time: .nan"), {"'readout_time'"});
+  expect_parts(error(file, "readout_direction: left", "readout_direction: west"),
+               {"'readout_direction': is 'west', expected one of down, up, right, left"});
+}
+
 TEST_F(InertialFolder, TheCamerasOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
   expect_parts(error(file, "equidistant\n", "cubic\n"),

@@ -106,7 +106,7 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::one_of(batch_chart_names()));
   visit("initial_error", s.initial_error, "1",
         "error that is added to the initial states, as a fraction: drift [rad], scale, depths "
-        "(docs/convergence.md)",
+        "(studies/convergence.md)",
         limits::kNonNegative);
   visit("seed", s.seed, "number", "of that error", limits::kNonNegative);
   visit("window_steps", s.window_steps, "count",
