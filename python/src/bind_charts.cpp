@@ -150,7 +150,7 @@ struct FirstSight {
   int camera = 0;
   bool inverse = false;
   SE3 world_T_camera;
-  Eigen::Vector3d ray;  ///< (x/z, y/z, 1)
+  Eigen::Vector3d ray;  ///< wide_ray
   Rows points;          ///< landmarks of the state, world [m]
 };
 
@@ -165,7 +165,7 @@ FirstSight first_sight(const FirstObservation& o) {
                    .world_T_camera = x.world_T_imu * imu_T_camera,
                    .ray = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
                    .points = Rows(static_cast<Index>(x.landmarks.size()), 3)};
-  if (const auto ray = unproject(o.camera, o.pixel)) sight.ray = ray->ray;
+  if (const auto ray = wide_ray(o.camera, o.pixel)) sight.ray = ray->ray;
   Index i = 0;
   for (const Landmark& landmark : x.landmarks) {
     if (landmark.has_place()) sight.points.row(i++) = x.p_world(landmark);

@@ -30,7 +30,7 @@ double angle_of(const Eigen::Vector3d& ray) { return std::atan2(ray.head<2>().no
 double stretch_of(const Camera& camera, const Eigen::Vector2d& pixel, const Eigen::Vector3d& ray) {
   constexpr double kFarther = 1e-3;
   const Eigen::Vector2d centre(camera.cx, camera.cy);
-  const auto farther = unproject(camera, centre + (1 + kFarther) * (pixel - centre));
+  const auto farther = wide_ray(camera, centre + (1 + kFarther) * (pixel - centre));
   return farther ? (angle_of(farther->ray) - angle_of(ray)) / kFarther : angle_of(ray);
 }
 
@@ -38,7 +38,7 @@ std::vector<Ray> rays_of(const FeatureFrame& frame, const Camera& camera, int in
   std::vector<Ray> rays;
   for (const PixelObservation& o : frame.pixels) {
     if (o.camera != index) continue;
-    if (const auto ray = unproject(camera, o.pixel)) {
+    if (const auto ray = wide_ray(camera, o.pixel)) {
       rays.push_back({o.landmark, ray->ray.normalized(), row_of(camera, o.pixel),
                       stretch_of(camera, o.pixel, ray->ray)});
     }

@@ -46,7 +46,7 @@ std::vector<RaysSeen> rays_of_pairs(const std::vector<PixelsSeen>& pixels, const
                                     const Camera& other) {
   std::vector<RaysSeen> pairs;
   for (const PixelsSeen& pair : pixels) {
-    const auto a = unproject(cam0, pair.cam0), b = unproject(other, pair.other);
+    const auto a = wide_ray(cam0, pair.cam0), b = wide_ray(other, pair.other);
     if (a && b) pairs.push_back({a->ray.normalized(), b->ray.normalized()});
   }
   return pairs;

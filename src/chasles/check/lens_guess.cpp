@@ -24,7 +24,7 @@ std::string model(const Camera& c) {
 
 // The angle from the axis of the pixel in the middle of the right edge; none beyond the lens.
 std::optional<double> edge_angle(const Camera& c, const Eigen::Vector2d& pixel) {
-  const auto ray = unproject(c, pixel);
+  const auto ray = wide_ray(c, pixel);
   if (!ray) return std::nullopt;
   return std::atan2(ray->ray.head<2>().norm(), ray->ray.z());
 }

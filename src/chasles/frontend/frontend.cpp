@@ -106,7 +106,7 @@ void Frontend::State::add_tracks() {
   pixels.reserve(tracks.size());
   for (const Track& track : tracks) pixels.push_back(track.pixel);
   for (const Eigen::Vector2d& pixel : coverage.refill(now[0].levels[0], masks[0], pixels)) {
-    const std::optional<PixelRay> ray = unproject(cameras[0], pixel);
+    const std::optional<WideRay> ray = wide_ray(cameras[0], pixel);
     if (!ray) continue;
     tracks.push_back({.id = next_id++,
                       .pixel = pixel,

@@ -108,9 +108,9 @@ std::optional<Scored> try_depth(const StereoViews& views, const StereoQuery& que
 
 }  // namespace
 
-std::optional<StereoMatch> triangulate_match(const StereoViews& views, const PixelRay& first,
+std::optional<StereoMatch> triangulate_match(const StereoViews& views, const WideRay& first,
                                              const Eigen::Vector2d& other_pixel, double threshold) {
-  const std::optional<PixelRay> other = unproject(views.other, other_pixel);
+  const std::optional<WideRay> other = wide_ray(views.other, other_pixel);
   if (!other) return std::nullopt;
   // other = lambda (r + rho t), in the plane of r (far) and t (near).
   const Eigen::Vector3d r = views.other_T_first.R * first.ray, &t = views.other_T_first.p;

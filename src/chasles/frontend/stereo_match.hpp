@@ -36,14 +36,16 @@ struct StereoMatchSettings {
 /// A pixel of the first camera with its ray, and its predicted inverse depth if known.
 struct StereoQuery {
   Eigen::Vector2d pixel;
-  PixelRay ray;
-  std::optional<double> inverse_depth = {};  ///< predicted, along the camera's axis [1/m]
+  WideRay ray;
+  std::optional<double> inverse_depth = {};  ///< predicted, as in StereoMatch [1/m]
 };
 
 /// The same point in the other camera.
 struct StereoMatch {
-  Eigen::Vector2d pixel;     ///< in the other image [px]
-  double inverse_depth = 0;  ///< along the first camera's axis [1/m]; about 0 at infinity
+  Eigen::Vector2d pixel;  ///< in the other image [px]
+  /// Along the first camera's axis, or along a ray that is not ahead (is_ahead) [1/m]; about 0 at
+  /// infinity.
+  double inverse_depth = 0;
 };
 
 /// Finds a pixel of the first camera in the other one. The search starts at the predicted depth. If
@@ -56,7 +58,7 @@ std::optional<StereoMatch> match_stereo(const StereoViews& views, const StereoQu
 
 /// Checks a pair of pixels against the rig's geometry only. None if it is off the epipolar curve,
 /// or beyond infinity, by more than `threshold` [rad].
-std::optional<StereoMatch> triangulate_match(const StereoViews& views, const PixelRay& first,
+std::optional<StereoMatch> triangulate_match(const StereoViews& views, const WideRay& first,
                                              const Eigen::Vector2d& other_pixel, double threshold);
 
 }  // namespace chasles

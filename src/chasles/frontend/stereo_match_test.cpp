@@ -38,7 +38,7 @@ class StereoInARoom {
     const StereoViews views(rig_[0], images_[0], rig_[1], images_[1]);
     Coverage coverage({.border = 20}, rig_[0].width, rig_[0].height);
     for (const Eigen::Vector2d& pixel : coverage.refill(images_[0].levels[0], {}, {})) {
-      const auto ray = unproject(rig_[0], pixel);
+      const auto ray = wide_ray(rig_[0], pixel);
       const auto truth = in_.true_pixel(rig_[0], world_T_cam_[0], pixel, rig_[1], world_T_cam_[1]);
       const auto match = match_stereo(views, {pixel, *ray, inverse_depth}, {});
       if (truth && in_image(rig_[1], *truth, 20)) ++result.visible;
@@ -119,7 +119,7 @@ TEST(TriangulateMatch, GivesTheDepthOfAProjectedPoint) {
         z * Eigen::Vector3d(random.uniform(-0.5, 0.5), random.uniform(-0.3, 0.3), 1);
     const auto first = project(rig[0], p), other = project(rig[1], views.other_T_first * p);
     ASSERT_TRUE(first && other);
-    const auto ray = unproject(rig[0], first->pixel);
+    const auto ray = wide_ray(rig[0], first->pixel);
     const auto match = triangulate_match(views, *ray, other->pixel, 1e-3);
     ASSERT_TRUE(match);
     EXPECT_NEAR(match->inverse_depth * z, 1, 1e-6);
@@ -132,7 +132,7 @@ TEST(TriangulateMatch, RejectsWhatIsOffTheLineOrBeyondInfinity) {
   const StereoViews views(rig[0], none, rig[1], none);
   const Eigen::Vector3d p(0.4, -0.2, 3);
   const auto first = project(rig[0], p), other = project(rig[1], views.other_T_first * p);
-  const auto ray = unproject(rig[0], first->pixel);
+  const auto ray = wide_ray(rig[0], first->pixel);
   const auto far = project(rig[1], 1000 * views.other_T_first.R * p);
   const Eigen::Vector2d along = (other->pixel - far->pixel).normalized();
   const Eigen::Vector2d across(-along.y(), along.x());
@@ -155,7 +155,7 @@ TEST(TriangulateMatch, OfTwoCamerasInOnePlaceIsNone) {
   rig[1].cam_T_imu = rig[0].cam_T_imu;
   const ImagePyramid none;
   const StereoViews views(rig[0], none, rig[1], none);
-  const auto ray = unproject(rig[0], {300, 200});
+  const auto ray = wide_ray(rig[0], {300, 200});
   EXPECT_FALSE(triangulate_match(views, *ray, {300, 200}, 1e-2));
 }
 

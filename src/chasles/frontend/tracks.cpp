@@ -102,7 +102,7 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
     }
     found.pixel = *kept;
   }
-  const auto ray = unproject(step.camera, found.pixel);
+  const auto ray = wide_ray(step.camera, found.pixel);
   if (!ray || !in_image(step.camera, found.pixel, settings.border)) {
     ++report.lost_left_image;
     return std::nullopt;

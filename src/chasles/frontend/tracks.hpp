@@ -37,7 +37,7 @@ struct PatchAnchor {
 struct Track {
   LandmarkId id = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< [px]
-  PixelRay ray;                                     ///< of the pixel
+  WideRay ray;                                      ///< of the pixel
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
   int age = 1;                                      ///< frames with an observation
   PatchAnchor anchor = {};

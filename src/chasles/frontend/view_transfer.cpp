@@ -2,7 +2,7 @@
 
 namespace chasles {
 
-std::optional<Transfer> transfer(const PixelRay& from, double inverse_depth, const SE3& to_T_from,
+std::optional<Transfer> transfer(const WideRay& from, double inverse_depth, const SE3& to_T_from,
                                  const Camera& to) {
   // A pixel does not change along the ray: uses a distant point, which is not below the minimum
   // depth.
@@ -12,7 +12,7 @@ std::optional<Transfer> transfer(const PixelRay& from, double inverse_depth, con
   if (!seen) return std::nullopt;
   const Eigen::Matrix<double, 2, 3> d_ray = kFar * seen->d_point;
   return Transfer{.pixel = seen->pixel,
-                  .to_A_from = d_ray * to_T_from.R.leftCols<2>() * from.d_pixel,
+                  .to_A_from = d_ray * to_T_from.R * from.d_pixel,
                   .d_inverse_depth = d_ray * to_T_from.p};
 }
 

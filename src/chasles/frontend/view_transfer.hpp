@@ -19,7 +19,7 @@ struct Transfer {
 /// The projection into the camera `to` of the point on the ray (x/z, y/z, 1) of another camera at
 /// this inverse depth 1/z [1/m] (0: at infinity). None if the point has no projection. The
 /// derivatives assume equal depth for neighbouring pixels.
-std::optional<Transfer> transfer(const PixelRay& from, double inverse_depth, const SE3& to_T_from,
+std::optional<Transfer> transfer(const WideRay& from, double inverse_depth, const SE3& to_T_from,
                                  const Camera& to);
 
 }  // namespace chasles

@@ -61,7 +61,7 @@ InertialState first_state(const LinearMotion& linear, const Vector6d& biases) {
   return state;
 }
 
-// The point nearest to a track's rays, equally weighted, in the camera of its first view.
+// The point nearest to a track's rays, equally weighted, in the axes of its first view.
 Eigen::Vector3d point_of(const MotionWindow& window, const MotionUnknowns& motion,
                          const PlaneTrack& track) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
@@ -75,7 +75,7 @@ Eigen::Vector3d point_of(const MotionWindow& window, const MotionUnknowns& motio
   }
   const PlaneView& anchor = track.front();
   const SE3 cam_T_world =
-      window.cam_T_imu[static_cast<std::size_t>(anchor.camera)] *
+      window.cam_T_imu[static_cast<std::size_t>(anchor.axes)] *
       motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu.inverse();
   const double z = (cam_T_world * solve_symmetric(A, b)).z();
   return {anchor.xy.x(), anchor.xy.y(), z > kNearest ? 1 / z : kFarAway};

@@ -23,7 +23,7 @@ struct PointProjection {
 // The extrinsics of a view's camera at the line of its pixel. What accelerations add to its place
 // during a readout is below a millimetre.
 SE3 imu_T_camera(const MotionWindow& window, const MotionUnknowns& motion, const PlaneView& view) {
-  const SE3& known = window.imu_T_cam[static_cast<std::size_t>(view.camera)];
+  const SE3& known = window.imu_T_cam[static_cast<std::size_t>(view.axes)];
   if (view.delay == 0) return known;
   const InertialState& at = motion.keyframes[static_cast<std::size_t>(view.keyframe)];
   const SE3 imu_T_line{.R = view.imu_R_line,
@@ -35,7 +35,7 @@ PointProjection projection(const MotionWindow& window, const MotionUnknowns& mot
                            const PlaneView& anchor, const Eigen::Vector3d& point,
                            const PlaneView& view) {
   const SE3 imu_T_anchor = imu_T_camera(window, motion, anchor);
-  const SE3 cam_T_imu = view.delay == 0 ? window.cam_T_imu[static_cast<std::size_t>(view.camera)]
+  const SE3 cam_T_imu = view.delay == 0 ? window.cam_T_imu[static_cast<std::size_t>(view.axes)]
                                         : imu_T_camera(window, motion, view).inverse();
   const SE3& A = motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu;
   const SE3& I = motion.keyframes[static_cast<std::size_t>(view.keyframe)].world_T_imu;

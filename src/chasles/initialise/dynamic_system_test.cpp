@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -61,10 +63,9 @@ struct Example {
   MotionStep at;
   MotionWeights weights;
 };
-Example example() {
+Example example(const Camera& camera = test_camera()) {
   Example e;
   Normal normal(5);
-  const Camera camera = test_camera();
   e.at.motion.biases << 0.02, 0.01, -0.03, 0.01, 0.02, -0.01;
   e.at.motion.keyframes.resize(1);
   e.at.motion.keyframes[0].world_T_imu.R = so3::exp({0.1, -0.2, 0.05});
@@ -120,8 +121,23 @@ double cost_at(const Example& e, Eigen::Index unknown, double by) {
   return linearise(e.window, at.between, e.weights, at.motion).cost;
 }
 
-TEST(MotionSystem, ItsRightSideIsTheNegativeGradientOfTheCost) {
-  const Example e = example();
+// A fisheye camera that has most of these pixels beside or behind it.
+Camera wide_camera() {
+  Camera camera = test_camera();
+  camera.distortion = Distortion::kEquidistant;
+  camera.coefficients = {0.01, -0.002, 0, 0};
+  camera.fx = camera.fy = 130;
+  camera.cx = 500;
+  return camera;
+}
+
+class MotionSystemOf : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Lens, MotionSystemOf, testing::Bool(), [](const auto& info) {
+  return std::string(info.param ? "Wide" : "Pinhole");
+});
+
+TEST_P(MotionSystemOf, ItsRightSideIsTheNegativeGradientOfTheCost) {
+  const Example e = example(GetParam() ? wide_camera() : test_camera());
   const MotionSystem system = linearise(e.window, e.at.between, e.weights, e.at.motion);
   const Eigen::Index n = system.b.size();
   ASSERT_EQ(n, 9 * 3 + 6);
@@ -160,6 +176,37 @@ TEST(Keyframes, AreEvenWithTheFirstAndTheLast) {
   const auto chosen = choose_keyframes(61, 7);
   EXPECT_EQ(chosen, (std::vector<std::size_t>{0, 10, 20, 30, 40, 50, 60}));
   EXPECT_EQ(choose_keyframes(1, 12), (std::vector<std::size_t>{0}));
+}
+
+// Each view has the axes in which its ray is (x, y, 1), and its ray.
+TEST(Window, ViewsBesideTheCameraHaveTheAxesOfAnotherFace) {
+  const Camera camera = wide_camera();
+  std::vector<FeatureFrame> frames(3);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    frames[k].time = from_seconds(0.1 * static_cast<double>(k));
+    for (int id = 0; id < 8; ++id) {
+      frames[k].pixels.push_back(
+          {.landmark = id, .camera = 0, .pixel = {150.0 + 60 * id, 200.0 + 10 * id}});
+    }
+  }
+  const MotionWindow window = make_window(frames, {camera}, 1, 60);
+  ASSERT_EQ(window.tracks.size(), 8U);
+  int beside = 0;
+  for (const PlaneTrack& track : window.tracks) {
+    const PlaneView& view = track.front();
+    const auto axes = static_cast<std::size_t>(view.axes);
+    beside += axes > 0;
+    const Eigen::Vector3d ray(view.xy.x(), view.xy.y(), 1);
+    const Eigen::Vector3d in_imu = window.imu_T_cam[axes].R * ray.normalized();
+    EXPECT_LT((in_imu - view.ray_imu).norm(), 1e-14);
+    const auto seen = project(camera, camera.cam_T_imu.R * view.ray_imu);
+    ASSERT_TRUE(seen);
+    const auto& pixels = frames[0].pixels;
+    EXPECT_TRUE(std::ranges::any_of(
+        pixels, [&](const PixelObservation& o) { return (o.pixel - seen->pixel).norm() < 1e-9; }));
+    EXPECT_LT((window.imu_T_cam[axes].p - camera.cam_T_imu.inverse().p).norm(), 1e-14);
+  }
+  EXPECT_GE(beside, 3);
 }
 
 TEST(Window, WhatCannotBeUsedIsLeftOut) {

@@ -1,25 +1,49 @@
 #include <algorithm>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include <Eigen/LU>
 
+#include <chasles/camera/anchor_face.hpp>
 #include <chasles/initialise/dynamic_window.hpp>
 
 namespace chasles {
 namespace {
 
-std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe, const Camera& camera,
-                                    double pixel_sigma, const MeasuredReadout& readout) {
+// The index of a camera's other face behind those of all cameras.
+int axes_of(AnchorFace face, int camera, int cameras) {
+  return cameras + (kAnchorFaces - 1) * camera + static_cast<int>(face) - 1;
+}
+
+void add_axes(const std::vector<Camera>& cameras, MotionWindow& window) {
+  for (const Camera& camera : cameras) window.cam_T_imu.push_back(camera.cam_T_imu);
+  for (const Camera& camera : cameras) {
+    for (int face = 1; face < kAnchorFaces; ++face) {
+      window.cam_T_imu.push_back(face_T_imu(static_cast<AnchorFace>(face), camera.cam_T_imu));
+    }
+  }
+  for (const SE3& cam_T_imu : window.cam_T_imu) window.imu_T_cam.push_back(cam_T_imu.inverse());
+}
+
+std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe,
+                                    const std::vector<Camera>& rig, double pixel_sigma,
+                                    const MeasuredReadout& readout) {
+  const Camera& camera = rig[static_cast<std::size_t>(o.camera)];
   if (!o.pixel.allFinite()) return std::nullopt;
-  const std::optional<PixelRay> ray = unproject(camera, o.pixel);
+  const std::optional<FaceRay> ray = face_ray(camera, o.pixel);
   if (!ray) return std::nullopt;
-  PlaneView view{.keyframe = keyframe, .camera = o.camera, .xy = ray->ray.head<2>()};
+  PlaneView view{.keyframe = keyframe, .camera = o.camera, .axes = o.camera, .xy = ray->xy};
   view.whitening = (pixel_sigma * ray->d_pixel).inverse();
-  view.ray_imu = camera.cam_T_imu.R.transpose() * ray->ray.normalized();
+  view.ray_imu = face_T_imu(ray->face, camera.cam_T_imu).R.transpose() *
+                 Eigen::Vector3d(ray->xy.x(), ray->xy.y(), 1).normalized();
   view.angle_sigma = 2 * pixel_sigma / focal_lengths_at_axis(camera).sum();
+  if (ray->face != AnchorFace::kFront) {
+    view.axes = axes_of(ray->face, o.camera, static_cast<int>(rig.size()));
+    view.angle_sigma = pixel_sigma * bearing(camera, o.pixel)->d_pixel.norm() / std::numbers::sqrt2;
+  }
   if (camera.shutter.is_rolling()) {
     view.delay = line_delay(camera, o.pixel);
     view.imu_R_line = readout.rotation_after(view.delay);
@@ -55,9 +79,8 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
   MotionWindow window;
   readouts.resize(keyframes.size());
   window.readouts = std::move(readouts);
+  add_axes(cameras, window);
   for (const Camera& camera : cameras) {
-    window.cam_T_imu.push_back(camera.cam_T_imu);
-    window.imu_T_cam.push_back(camera.cam_T_imu.inverse());
     window.focal.push_back(focal_lengths_at_axis(camera).sum() / 2);
   }
   std::map<LandmarkId, PlaneTrack> by_id;
@@ -68,8 +91,8 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
     for (const PixelObservation& o : frame.pixels) {
       if (o.camera < 0 || o.camera >= static_cast<int>(cameras.size())) continue;
       if (!seen.insert({o.landmark, o.camera}).second) continue;
-      const auto view = plane_view(o, k, cameras[static_cast<std::size_t>(o.camera)], pixel_sigma,
-                                   window.readouts[static_cast<std::size_t>(k)]);
+      const auto view =
+          plane_view(o, k, cameras, pixel_sigma, window.readouts[static_cast<std::size_t>(k)]);
       if (view) by_id[o.landmark].push_back(*view);
     }
   }

@@ -11,10 +11,12 @@
 namespace chasles {
 
 /// One undistorted observation of a track: the intersection of its ray with the plane at unit focal
-/// length, and the whitening that scales a difference there to standard deviations.
+/// length, in the axes of the ray's face (camera/anchor_face.hpp), and the whitening that scales a
+/// difference there to standard deviations.
 struct PlaneView {
   int keyframe = 0, camera = 0;
-  Eigen::Vector2d xy = Eigen::Vector2d::Zero();         ///< (x/z, y/z) in the camera's frame
+  int axes = 0;                                         ///< index into the window's cam_T_imu
+  Eigen::Vector2d xy = Eigen::Vector2d::Zero();         ///< (x/z, y/z) in these axes
   Eigen::Matrix2d whitening = Eigen::Matrix2d::Zero();  ///< (sigma d xy / d pixel)^-1
   Eigen::Vector3d ray_imu = Eigen::Vector3d::Zero();    ///< unit length, IMU axes
   double angle_sigma = 0;                               ///< of the ray [rad]
@@ -32,7 +34,7 @@ using PlaneTrack = std::vector<PlaneView>;
 struct MotionWindow {
   std::vector<Time> times;                          ///< of the keyframes
   std::vector<std::vector<ImuInterval>> intervals;  ///< from keyframe k to k + 1
-  std::vector<SE3> cam_T_imu, imu_T_cam;            ///< of the cameras
+  std::vector<SE3> cam_T_imu, imu_T_cam;            ///< of the cameras, then of their other faces
   std::vector<double> focal;                        ///< for each camera, the mean of fx and fy [px]
   std::vector<PlaneTrack> tracks;                   ///< with views in at least three keyframes
   int stereo_tracks = 0;                            ///< observed by two cameras at one keyframe

@@ -153,7 +153,7 @@ std::optional<Eigen::Vector3d> placed(const InertialSettings& settings, const Ca
   const auto within = [&](double size, std::uint32_t component) {
     return border + (size - 2 * border) * random.uniform(Stream::kLandmark, i, component);
   };
-  const auto ray = unproject(camera, {within(camera.width, 0), within(camera.height, 1)});
+  const auto ray = wide_ray(camera, {within(camera.width, 0), within(camera.height, 1)});
   if (!ray) return std::nullopt;
   const double depth =
       settings.landmark_nearest + (settings.landmark_farthest - settings.landmark_nearest) *
@@ -224,9 +224,7 @@ std::optional<Eigen::Vector2d> visible_pixel(const InertialSettings& settings,
                                              const Eigen::Vector3d& p_world) {
   const Eigen::Vector3d p_cam = camera.cam_T_imu * (world_T_imu.inverse() * p_world);
   const double range = p_cam.norm();
-  if (p_cam.z() <= 0 || range < settings.min_range || range > settings.max_range) {
-    return std::nullopt;
-  }
+  if (range < settings.min_range || range > settings.max_range) return std::nullopt;
   const auto projection = project(camera, p_cam);
   if (!projection || !in_image(camera, projection->pixel, settings.image_border)) {
     return std::nullopt;

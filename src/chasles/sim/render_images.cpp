@@ -19,7 +19,7 @@ class RenderedImages : public ImageSource {
         motion_(std::move(motion)),
         times_(std::move(times)) {
     for (const Camera& camera : cameras) {
-      rays_.push_back(make_rays(camera));
+      faces_.push_back(make_faces(camera));
       imu_T_cam_.push_back(camera.cam_T_imu.inverse());
       shutters_.push_back(camera.shutter);
     }
@@ -28,12 +28,12 @@ class RenderedImages : public ImageSource {
   std::size_t size() const override { return times_.size(); }
   Time time(std::size_t i) const override { return times_[i]; }
 
-  ImageFrame read(std::size_t i) const override { return read_cameras(i, rays_.size()); }
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, faces_.size()); }
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
     ImageFrame frame{.time = times_[i], .images = {}};
     const double time = to_seconds(times_[i] - motion_.start);
-    for (std::size_t camera = 0; camera < std::min(cameras, rays_.size()); ++camera) {
-      const RayTable& rays = rays_[camera];
+    for (std::size_t camera = 0; camera < std::min(cameras, faces_.size()); ++camera) {
+      const RayTable& rays = faces_[camera].front().rays;
       frame.images.push_back(sensor_.expose(light_at(time, camera), rays.width, rays.height, time,
                                             static_cast<std::uint32_t>(i),
                                             static_cast<std::uint32_t>(camera)));
@@ -43,19 +43,32 @@ class RenderedImages : public ImageSource {
 
  private:
   std::vector<float> light_of(double time, std::size_t camera) const {
-    std::vector<float> light;
-    if (shutters_[camera].is_rolling()) return light_of_lines(time, camera);
-    render(world_, rays_[camera], world_T_cam(time, camera), light);
+    const std::vector<RayFace>& faces = faces_[camera];
+    if (faces.size() == 1) return light_of_face(time, camera, faces.front());
+    std::vector<float> light(faces.front().rays.x.size(), 0.0F);
+    for (const RayFace& face : faces) {
+      const std::vector<float> some = light_of_face(time, camera, face);
+      for (const std::size_t pixel : face.pixels) light[pixel] = some[pixel];
+    }
     return light;
   }
 
-  SE3 world_T_cam(double time, std::size_t camera) const {
-    return motion_at(motion_, time).world_T_imu * imu_T_cam_[camera];
+  std::vector<float> light_of_face(double time, std::size_t camera, const RayFace& face) const {
+    std::vector<float> light;
+    if (shutters_[camera].is_rolling()) return light_of_lines(time, camera, face);
+    render(world_, face.rays, world_T_face(time, camera, face), light);
+    return light;
+  }
+
+  SE3 world_T_face(double time, std::size_t camera, const RayFace& face) const {
+    SE3 pose = motion_at(motion_, time).world_T_imu * imu_T_cam_[camera];
+    pose.R = pose.R * face.cam_R_face;
+    return pose;
   }
 
   // Some lines at a time: from the place of their middle, each with its own attitude.
-  std::vector<float> light_of_lines(double time, std::size_t camera) const {
-    const RayTable& rays = rays_[camera];
+  std::vector<float> light_of_lines(double time, std::size_t camera, const RayFace& face) const {
+    const RayTable& rays = face.rays;
     const Shutter& shutter = shutters_[camera];
     const bool are_rows =
         shutter.direction == ReadoutDirection::kDown || shutter.direction == ReadoutDirection::kUp;
@@ -64,7 +77,7 @@ class RenderedImages : public ImageSource {
     const int count = are_rows ? rays.height : rays.width;
     const auto pose_at = [&](double line) {
       const double order = backwards ? count - 1 - line : line;
-      return world_T_cam(time + shutter.readout * order / count, camera);
+      return world_T_face(time + shutter.readout * order / count, camera, face);
     };
     std::vector<float> light(rays.x.size()), some;
     for (int first = 0; first < count; first += kBlockEdge) {
@@ -105,7 +118,7 @@ class RenderedImages : public ImageSource {
   PaintedWorld world_;
   Spline motion_;
   std::vector<Time> times_;
-  std::vector<RayTable> rays_;
+  std::vector<std::vector<RayFace>> faces_;
   std::vector<SE3> imu_T_cam_;
   std::vector<Shutter> shutters_;
 };

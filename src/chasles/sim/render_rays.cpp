@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/camera/anchor_face.hpp>
 #include <chasles/camera/distortion.hpp>
 #include <chasles/sim/render_rays.hpp>
 
@@ -77,29 +80,84 @@ bool is_beside(const Camera& camera, const Eigen::Vector2d& pixel) {
 }
 
 [[noreturn]] void reject_pixel(const Camera& camera, int u, int v) {
-  if (is_beside(camera, Eigen::Vector2d(u, v))) {
-    throw UsageError(fmt::format(
-        "the camera's pixel ({}, {}) is 90 degrees from the optical axis or beyond, and a lens may "
-        "see less than 90 degrees to each side; expected larger focal lengths, or a smaller image "
-        "than {} x {} px",
-        u, v, camera.width, camera.height));
-  }
   throw UsageError(
       fmt::format("the camera's pixel ({}, {}) has no ray: its lens model folds over before; "
                   "expected coefficients that are valid in all of the image of {} x {} px",
                   u, v, camera.width, camera.height));
 }
 
+RayTable empty_table(const Camera& camera) {
+  return {.width = camera.width,
+          .height = camera.height,
+          .x = {},
+          .y = {},
+          .tiles = {},
+          .blocks = {},
+          .quarters = {}};
+}
+
+bool is_all_in_front(const Camera& camera) {
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      if (!unproject(camera, {u, v})) return false;
+    }
+  }
+  return true;
+}
+
+// Of all pixels; zero where there is none.
+std::vector<Eigen::Vector3d> bearings_of(const Camera& camera) {
+  std::vector<Eigen::Vector3d> bearings;
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const Eigen::Vector2d pixel(u, v);
+      const auto found = bearing(camera, pixel);
+      if (!found && !is_beside(camera, pixel)) reject_pixel(camera, u, v);
+      bearings.push_back(found ? found->bearing : Eigen::Vector3d::Zero());
+    }
+  }
+  return bearings;
+}
+
+// A direction that is hardly in front of the face has no meaning there.
+Eigen::Vector2f in_face(const Eigen::Vector3d& direction) {
+  constexpr double kFlat = 0.1;
+  if (!(direction.z() > kFlat)) return Eigen::Vector2f::Zero();
+  return (direction.head<2>() / direction.z()).cast<float>();
+}
+
+bool has_pixel(const RayBlock& block, const RayTable& rays, const std::vector<char>& listed) {
+  for (int v = block.top; v < block.bottom; ++v) {
+    for (int u = block.left; u < block.right; ++u) {
+      if (listed[rays.at(u, v)]) return true;
+    }
+  }
+  return false;
+}
+
+RayFace make_face(AnchorFace face, const Camera& camera,
+                  const std::vector<Eigen::Vector3d>& bearings) {
+  const Eigen::Matrix3d face_R = face_R_cam(face);
+  RayFace result{.cam_R_face = face_R.transpose(), .rays = empty_table(camera), .pixels = {}};
+  std::vector<char> listed(bearings.size(), 0);
+  for (std::size_t i = 0; i < bearings.size(); ++i) {
+    const Eigen::Vector2f xy = in_face(face_R * bearings[i]);
+    result.rays.x.push_back(xy.x());
+    result.rays.y.push_back(xy.y());
+    if (bearings[i].isZero() || face_towards(bearings[i]) != face) continue;
+    listed[i] = 1;
+    result.pixels.push_back(i);
+  }
+  add_blocks(result.rays);
+  std::erase_if(result.rays.tiles,
+                [&](const RayBlock& tile) { return !has_pixel(tile, result.rays, listed); });
+  return result;
+}
+
 }  // namespace
 
 RayTable make_rays(const Camera& camera) {
-  RayTable rays{.width = camera.width,
-                .height = camera.height,
-                .x = {},
-                .y = {},
-                .tiles = {},
-                .blocks = {},
-                .quarters = {}};
+  RayTable rays = empty_table(camera);
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = unproject(camera, {u, v});
@@ -110,6 +168,22 @@ RayTable make_rays(const Camera& camera) {
   }
   add_blocks(rays);
   return rays;
+}
+
+std::vector<RayFace> make_faces(const Camera& camera) {
+  std::vector<RayFace> faces;
+  if (!sees_beside(camera) || is_all_in_front(camera)) {
+    faces.push_back({.rays = make_rays(camera), .pixels = {}});
+    faces.front().pixels.resize(faces.front().rays.x.size());
+    std::iota(faces.front().pixels.begin(), faces.front().pixels.end(), std::size_t{0});
+    return faces;
+  }
+  const std::vector<Eigen::Vector3d> bearings = bearings_of(camera);
+  for (int i = 0; i < kAnchorFaces; ++i) {
+    RayFace face = make_face(static_cast<AnchorFace>(i), camera, bearings);
+    if (!face.pixels.empty()) faces.push_back(std::move(face));
+  }
+  return faces;
 }
 
 RayTable rotated_lines(const RayTable& rays, const Lines& lines,

@@ -31,8 +31,21 @@ struct RayTable {
 
 inline constexpr int kTileEdge = 64, kBlockEdge = 8, kQuarterEdge = 4;  ///< [px]
 
-/// Throws UsageError if the lens model has no ray for a pixel.
+/// Throws UsageError if the lens model has no ray in front of the camera for a pixel.
 RayTable make_rays(const Camera& camera);
+
+/// Rays in the axes of a face (camera/anchor_face.hpp), of all pixels of the image; those of the
+/// pixels that are not listed have no meaning, but are finite.
+struct RayFace {
+  Eigen::Matrix3d cam_R_face = Eigen::Matrix3d::Identity();
+  RayTable rays;
+  std::vector<std::size_t> pixels;  ///< those of this face
+};
+
+/// The rays of all pixels: in one face where each is less than 90 degrees off the axis, else in
+/// those of their directions. A pixel outside the circle of a lens that sees 90 degrees there has
+/// no face. Throws UsageError where the lens model folds over before.
+std::vector<RayFace> make_faces(const Camera& camera);
 
 /// Some lines of an image, rows or columns: [first, last).
 struct Lines {

@@ -23,8 +23,12 @@ constexpr double kField = 0.25;  // [m], of the chessboard
 
 std::vector<float> rendered(const PaintedWorld& world, const Camera& camera,
                             const SE3& world_T_imu) {
-  std::vector<float> light;
-  render(world, make_rays(camera), world_T_imu * camera.cam_T_imu.inverse(), light);
+  const SE3 world_T_cam = world_T_imu * camera.cam_T_imu.inverse();
+  std::vector<float> light(static_cast<std::size_t>(camera.width * camera.height)), some;
+  for (const RayFace& face : make_faces(camera)) {
+    render(world, face.rays, {world_T_cam.R * face.cam_R_face, world_T_cam.p}, some);
+    for (const std::size_t pixel : face.pixels) light[pixel] = some[pixel];
+  }
   return light;
 }
 
@@ -66,10 +70,11 @@ std::optional<Vector2d> saddle(const std::vector<float>& light, const Camera& ca
 // Root mean square and largest distance of the chessboard's corners from their projections.
 struct CornerErrors {
   double rms = 0, worst = 0;
-  int count = 0;
+  int count = 0, beside = 0;  // beside: beyond 90 degrees
 };
 
-CornerErrors corner_errors(const PaintedWorld& painted, const Camera& camera, const SE3& pose) {
+CornerErrors corner_errors(const PaintedWorld& painted, const Camera& camera, const SE3& pose,
+                           double least_depth = 0.5) {
   const std::vector<float> light = rendered(painted, camera, pose);
   CornerErrors errors;
   for (const Surface& s : painted.surfaces) {
@@ -80,7 +85,7 @@ CornerErrors corner_errors(const PaintedWorld& painted, const Camera& camera, co
             camera.cam_T_imu * (pose.inverse() * (s.corner + kField * (i * right + j * down)));
         // Fields that appear large enough and not too oblique.
         const Vector3d normal = camera.cam_T_imu.R * pose.R.transpose() * right.cross(down);
-        if (p.z() < 0.5 || p.norm() > 3.2 || normal.dot(p.normalized()) < 0.7) continue;
+        if (p.z() < least_depth || p.norm() > 3.2 || normal.dot(p.normalized()) < 0.7) continue;
         const auto projection = project(camera, p);
         if (!projection || !in_image(camera, projection->pixel, 8)) continue;
         const auto found = saddle(light, camera, projection->pixel);
@@ -92,6 +97,7 @@ CornerErrors corner_errors(const PaintedWorld& painted, const Camera& camera, co
         errors.rms += error * error;
         errors.worst = std::max(errors.worst, error);
         ++errors.count;
+        errors.beside += p.z() < 0 ? 1 : 0;
       }
     }
   }
@@ -328,20 +334,50 @@ TEST(Render, ALensWithoutARayForAPixelIsRejected) {
   }
 }
 
-TEST(Render, AFisheyeOfMoreThan180DegreesIsRejectedForItsAngle) {
-  Camera camera = forward_camera(752, 480, 200);  // the corner: 446 px, 2.2 rad
+Camera fisheye(int width, int height, double focal_length) {
+  Camera camera = forward_camera(width, height, focal_length);
   camera.distortion = Distortion::kEquidistant;
   camera.coefficients = {0, 0, 0, 0};
-  try {
-    make_rays(camera);
-    FAIL() << "expected a UsageError";
-  } catch (const UsageError& error) {
-    const std::string what = error.what();
-    EXPECT_NE(what.find("90 degrees from the optical axis or beyond"), std::string::npos) << what;
-    EXPECT_EQ(what.find("folds"), std::string::npos) << what;
+  return camera;
+}
+
+TEST(Render, EachPixelOfAFisheyeOfMoreThan180DegreesHasOneFace) {
+  const Camera camera = fisheye(752, 480, 100);  // the circle: 314 px; the corner is outside
+  const std::vector<RayFace> faces = make_faces(camera);
+  EXPECT_EQ(faces.size(), 6u);
+  std::vector<int> times(752 * 480, 0);
+  for (const RayFace& face : faces) {
+    for (const std::size_t i : face.pixels) {
+      ++times[i];
+      const Vector2d pixel(static_cast<double>(i % 752), static_cast<double>(i / 752));
+      const Vector3d ray(face.rays.x[i], face.rays.y[i], 1);
+      const Vector3d direction = bearing(camera, pixel)->bearing;
+      ASSERT_LT((face.cam_R_face * ray.normalized() - direction).norm(), 1e-6) << pixel;
+    }
   }
-  camera.fx = camera.fy = 300;  // the corner: 1.49 rad
-  EXPECT_NO_THROW(make_rays(camera));
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Vector2d pixel(static_cast<double>(i % 752), static_cast<double>(i / 752));
+    ASSERT_EQ(times[i], bearing(camera, pixel) ? 1 : 0) << pixel;
+  }
+  EXPECT_EQ(times[0], 0);
+  // Less than 90 degrees need one face alone.
+  EXPECT_EQ(make_faces(fisheye(752, 480, 300)).size(), 1u);
+}
+
+TEST(Render, CornersBesideAndBehindACameraLieWhereTheyProject) {
+  const PaintedWorld room = paint_world(chess_room(), 0.0025, 1);
+  const Camera camera = fisheye(640, 640, 200);  // 92 degrees to the sides, 129 to the corners
+  CornerErrors all;
+  for (const double yaw : {0.0, 0.7, 2.1}) {
+    const SE3 pose = looking(yaw, 0.1 * yaw, 0.2 - 0.1 * yaw, {0.4 * yaw, 0.3, -0.1 * yaw});
+    const CornerErrors errors = corner_errors(room, camera, pose, -2);
+    EXPECT_LT(errors.rms, 0.06);
+    EXPECT_LT(errors.worst, 0.25);
+    all.count += errors.count;
+    all.beside += errors.beside;
+  }
+  EXPECT_GT(all.count, 300);
+  EXPECT_GT(all.beside, 20);
 }
 
 }  // namespace

@@ -5,7 +5,8 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// The parameters in the camera of the first remaining view; false: the point is behind it.
+// The parameters in the camera of the first remaining view; false: the point is behind it, and its
+// lens model ends before 90 degrees.
 bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const HomogeneousPoint& at,
              BatchPoint& point) {
   const PointView& first = point.views.front();
@@ -14,8 +15,10 @@ bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const Hom
       graph.keyframes[static_cast<std::size_t>(first.keyframe)].state.world_T_imu.inverse();
   const SE3 cam_T_nav = cam_T_imu * imu_T_nav;
   const Eigen::Vector3d q = cam_T_nav.R * at.p_world + at.w * cam_T_nav.p;
-  if (!(q.z() > 1e-6 * q.norm())) return false;
-  point.parameters = Eigen::Vector3d(q.x(), q.y(), at.w) / q.z();
+  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  if (!(q.z() > 1e-6 * q.norm()) && !sees_beside(camera)) return false;
+  point.face = face_towards(q);
+  point.parameters = inverse_depth_in(point.face, q, at.w);
   return true;
 }
 
@@ -32,6 +35,7 @@ bool stands(const InertialBatchInput& input, const BatchSettings& settings, cons
   if (part.views.size() < 2) return false;
   constexpr bool kGoodPoses = true;  // the search has roughly converged
   if (split) return place(input, settings, kGoodPoses, graph, part);
+  part.face = whole.face;
   const PointView &before = whole.views.front(), &now = part.views.front();
   const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;
   return !moved || !graph.anchored || hang_on(input, graph, place_of(input, graph, whole), part);

@@ -166,12 +166,14 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
   const Camera& camera = *first.camera;
   if (found) {
     const Eigen::Vector3d p_cam = camera.cam_T_imu * (first.world_T_imu.inverse() * found->p_world);
-    point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+    point.face = face_towards(p_cam);
+    point.parameters = inverse_depth_in(point.face, p_cam, 1);
     return true;
   }
-  const auto ray = unproject(camera, first.pixel);
+  const auto ray = face_ray(camera, first.pixel);
   if (!ray) return false;
-  point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;
+  point.face = ray->face;
+  point.parameters << ray->xy, kGuessedInverseDepth;
   return true;
 }
 
@@ -230,6 +232,11 @@ SE3 cam_T_imu_of(const InertialBatchInput& input, const BatchGraph& graph, const
   return at_line(camera, motion_of(graph, keyframe), view.pixel).cam_T_imu;
 }
 
+SE3 anchor_T_imu(const InertialBatchInput& input, const BatchGraph& graph,
+                 const BatchPoint& point) {
+  return face_T_imu(point.face, cam_T_imu_of(input, graph, point.views.front()));
+}
+
 void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe) {
   const Time readout = from_seconds(longest_readout(input.cameras));
   if (readout <= Time{}) return;
@@ -242,7 +249,8 @@ Landmark landmark_of(const InertialBatchInput& input, const BatchGraph& graph,
   Landmark landmark{.id = point.id};
   landmark.anchor = point.views.front().keyframe;
   landmark.camera = point.views.front().camera;
-  landmark.cam_T_imu = cam_T_imu_of(input, graph, point.views.front());
+  landmark.face = point.face;
+  landmark.cam_T_imu = anchor_T_imu(input, graph, point);
   landmark.inverse_depth = point.parameters;
   return landmark;
 }

@@ -16,11 +16,12 @@ struct PointView {
 };
 
 /// A landmark: its views, sorted by keyframe and camera. Either anchored in the camera of the first
-/// view, with parameters (x/z, y/z, 1/z), or a point of nav [m].
+/// view, with parameters (x/z, y/z, 1/z) in the axes of a face, or a point of nav [m].
 struct BatchPoint {
   LandmarkId id = 0;
   std::vector<PointView> views;
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
+  AnchorFace face = AnchorFace::kFront;  ///< of an anchored landmark
 };
 
 /// The standard deviation of the next view of a point [px]. `matches`: of the point so far; counts
@@ -99,6 +100,8 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
 
 /// The extrinsics of a view's camera at the line of its pixel (camera/rolling_shutter.hpp).
 SE3 cam_T_imu_of(const InertialBatchInput& input, const BatchGraph& graph, const PointView& view);
+/// The same of an anchored landmark's first view, in the axes of its face.
+SE3 anchor_T_imu(const InertialBatchInput& input, const BatchGraph& graph, const BatchPoint& point);
 /// Sets what the IMU measured during the readout of a keyframe, at the biases of its state.
 void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe);
 

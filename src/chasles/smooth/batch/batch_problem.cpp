@@ -31,7 +31,7 @@ BatchProblem::BatchProblem(const InertialBatchInput& input, const std::string& c
     for (const PointView& view : views) {
       const PixelTerm term{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
                            .cam_T_imu = cam_T_imu_of(input, graph, view),
-                           .of_anchor = cam_T_imu_of(input, graph, anchor),
+                           .of_anchor = anchor_T_imu(input, graph, graph.points[i]),
                            .pixel = view.pixel,
                            .sigma = sigma_of(input, view, matches),
                            .least_depth = least_depth};

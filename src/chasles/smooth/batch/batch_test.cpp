@@ -29,29 +29,31 @@ class Batch : public test::OverCharts {
 };
 
 TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
-  SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14});
-  scene.input.match_sigma = 0.3;
-  test::BatchOracle oracle(scene);
-  oracle.solve(8);
-  const Eigen::MatrixXd P = oracle.covariance();
-  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
-    const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
-    ASSERT_EQ(result.estimates.size(), oracle.states().size());
-    EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
-    for (std::size_t k = 0; k < result.estimates.size(); ++k) {
-      const Estimate& m = result.estimates[k];
-      EXPECT_LT(motion_error(oracle.states()[k], m).cwiseAbs().maxCoeff(), 1e-6)
-          << "keyframe " << k;
-      const auto at = 15 * static_cast<Eigen::Index>(k);
-      EXPECT_LT(test::covariance_difference(m.covariance, P.block(at, at, 15, 15)), 1e-4);
-    }
-    Eigen::Index at = 15 * std::ssize(result.estimates);
-    for (const auto& [id, p] : oracle.points()) {
-      const auto found = std::ranges::find(result.landmarks, id, &MapLandmark::id);
-      ASSERT_NE(found, result.landmarks.end());
-      EXPECT_LT((found->p_world - p).norm(), 1e-5);
-      EXPECT_LT(test::covariance_difference(found->covariance, P.block(at, at, 3, 3)), 1e-4);
-      at += 3;
+  for (const bool beside : {false, true}) {
+    SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14, .beside = beside});
+    scene.input.match_sigma = 0.3;
+    test::BatchOracle oracle(scene);
+    oracle.solve(8);
+    const Eigen::MatrixXd P = oracle.covariance();
+    for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
+      const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
+      ASSERT_EQ(result.estimates.size(), oracle.states().size());
+      EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
+      for (std::size_t k = 0; k < result.estimates.size(); ++k) {
+        const Estimate& m = result.estimates[k];
+        EXPECT_LT(motion_error(oracle.states()[k], m).cwiseAbs().maxCoeff(), 1e-6)
+            << "keyframe " << k;
+        const auto at = 15 * static_cast<Eigen::Index>(k);
+        EXPECT_LT(test::covariance_difference(m.covariance, P.block(at, at, 15, 15)), 1e-4);
+      }
+      Eigen::Index at = 15 * std::ssize(result.estimates);
+      for (const auto& [id, p] : oracle.points()) {
+        const auto found = std::ranges::find(result.landmarks, id, &MapLandmark::id);
+        ASSERT_NE(found, result.landmarks.end());
+        EXPECT_LT((found->p_world - p).norm(), 1e-5);
+        EXPECT_LT(test::covariance_difference(found->covariance, P.block(at, at, 3, 3)), 1e-4);
+        at += 3;
+      }
     }
   }
 }

@@ -95,7 +95,7 @@ std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vecto
   for (const PixelObservation& o : frame.pixels) {
     const bool known = o.camera >= 0 && o.camera < static_cast<int>(cameras.size());
     if (known && o.pixel.allFinite() && times[{o.landmark, o.camera}] == 1 &&
-        unproject(cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
+        bearing(cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
       good.push_back(o);
     } else {
       ++unusable;

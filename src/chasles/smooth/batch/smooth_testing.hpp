@@ -47,6 +47,8 @@ struct SmallFlight {
   double turning = 1;  ///< factor on the angular rate
   int landmarks = 25;
   std::uint64_t seed = 1;
+  bool beside = false;  ///< fisheye cameras that look to the right of the way: most landmarks are
+                        ///< 60 to 110 degrees off their axes
 };
 
 struct SmallScene {
@@ -68,6 +70,17 @@ inline Camera small_camera(double aside) {
   return camera;
 }
 
+inline Camera beside_camera(double aside) {
+  Camera camera = small_camera(aside);
+  camera.distortion = Distortion::kEquidistant;
+  camera.coefficients = {0.01, -0.002, 0, 0};
+  camera.fx = camera.fy = 110;
+  const Eigen::Matrix3d turn = so3::exp({0, -1.5, 0});
+  camera.cam_T_imu.R = turn * camera.cam_T_imu.R;
+  camera.cam_T_imu.p = turn * camera.cam_T_imu.p;
+  return camera;
+}
+
 inline Eigen::Vector3d small_rate(double t) {
   return 0.3 * Eigen::Vector3d(std::sin(1.3 * t), std::cos(2.9 * t), std::sin(1.7 * t + 1));
 }
@@ -83,7 +96,9 @@ inline SmallScene small_scene(const SmallFlight& flight = {}) {
   const auto samples_a_frame = static_cast<int>(std::lround(flight.seconds_a_frame / tau));
   SmallScene scene;
   InertialBatchInput& in = scene.input;
-  for (int i = 0; i < flight.cameras; ++i) in.cameras.push_back(small_camera(0.2 * i));
+  for (int i = 0; i < flight.cameras; ++i) {
+    in.cameras.push_back(flight.beside ? beside_camera(0.2 * i) : small_camera(0.2 * i));
+  }
   in.noise = {.accelerometer_noise_density = 0.004,
               .accelerometer_random_walk = 0.003,
               .gyroscope_noise_density = 0.0006,

@@ -188,7 +188,7 @@ void InertialWindow::Implementation::initialise_landmarks() {
     const PointView& first = point.views.front();
     WindowPoint made{.id = id,
                      .anchor = first.keyframe,
-                     .cam_T_imu = cam_T_imu_of(input, graph, first),
+                     .cam_T_imu = anchor_T_imu(input, graph, point),
                      .parameters = point.parameters};
     track.matches = 0;
     for (const PointView& view : point.views) {

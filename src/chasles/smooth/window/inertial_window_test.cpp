@@ -28,8 +28,10 @@ class InertialWindow : public test::OverCharts {
 };
 
 TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
-  for (const int cameras : {1, 2}) {
-    SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
+  for (const int cameras : {1, 2, 3}) {
+    // The third time with points beside the cameras.
+    SmallScene scene =
+        small_scene({.frames = 8, .cameras = cameras, .landmarks = 16, .beside = cameras == 3});
     scene.input.match_sigma = 0.3;
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       const InertialBatchResult batch = smooth(scene.input, name(), exact_window(landmarks));
@@ -68,6 +70,22 @@ TEST_P(InertialWindow, KnowsHowWrongItIs) {
   }
   EXPECT_TRUE(test::is_chi2(poses, 6 * runs));
   EXPECT_TRUE(test::is_chi2(states, 15 * runs));
+}
+
+TEST(InertialWindowRun, KnowsHowWrongItIsWithPointsBesideTheCamera) {
+  double poses = 0;
+  int runs = 0;
+  for (; runs < 30; ++runs) {
+    const SmallScene scene =
+        small_scene({.frames = 16, .seed = 500 + static_cast<std::uint64_t>(runs), .beside = true});
+    BatchSettings settings;
+    settings.loss = BatchLoss::kNone;
+    const InertialWindowResult window = slide(scene.input, "right-sen3", settings, 6);
+    const Estimate& m = window.estimates.back();
+    const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
+    poses += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
+  }
+  EXPECT_TRUE(test::is_chi2(poses, 6 * runs));
 }
 
 // Landmarks are observed for longer than the window, with a constant error of their matches.

@@ -69,7 +69,7 @@ struct PointLinear {
 struct WindowPoint {
   LandmarkId id = 0;
   int anchor = 0;      ///< keyframe in the window, of an anchored landmark
-  SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel
+  SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel, in a face's axes
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
   std::vector<WindowView> views = {};                    ///< sorted by keyframe
   std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a prior of the landmark alone

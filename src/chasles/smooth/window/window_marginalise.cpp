@@ -22,8 +22,8 @@ bool hangs_before(const Window& window, const WindowPoint& point, int keyframe) 
          (!point.views.empty() && point.views.front().keyframe < keyframe);
 }
 
-// An anchored landmark in the camera of another keyframe, and the derivatives of the new parameters
-// by both poses and the old ones.
+// An anchored landmark in the same axes of another keyframe, and the derivatives of the new
+// parameters by both poses and the old ones.
 struct Moved {
   Eigen::Vector3d parameters;
   Eigen::Matrix<double, 3, 6> by_old, by_new;
@@ -37,7 +37,7 @@ std::optional<Moved> moved_to(const Window& window, const WindowPoint& point, in
   const Eigen::Matrix3d cam_R_world = point.cam_T_imu.R * world_T_imu.R.transpose();
   const Eigen::Vector3d from_imu = at.p_world - at.w * world_T_imu.p;
   const Eigen::Vector3d q = cam_R_world * from_imu + at.w * point.cam_T_imu.p;
-  if (!(q.z() > 1e-6 * q.norm())) return std::nullopt;
+  if (!is_ahead(q)) return std::nullopt;  // these axes do not suit it any longer
   Moved moved;
   moved.parameters = Eigen::Vector3d(q.x(), q.y(), at.w) / q.z();
   // By q, and by w, which is the last of the old parameters.
