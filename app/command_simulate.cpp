@@ -93,6 +93,11 @@ Json images_description(const Recording& recording, std::size_t frames, const Js
           {"settings", settings}};
 }
 
+std::string images_text(std::size_t cameras) {
+  if (cameras == 1) return "one image";
+  return cameras == 2 ? "two images" : fmt::format("{} images", cameras);
+}
+
 // Ends early if interrupted.
 std::size_t write_images(const SimulateOptions& o, const Recording& recording,
                          const Interrupt& interrupt) {
@@ -118,7 +123,7 @@ int simulate_images(const SimulateOptions& o, const InertialScene& scene) {
     app::print("{}\n", json_text(json, 2));
   } else if (!o.quiet) {
     app::print("{}: {} frames of {} in {:.1f} s, {:.0f} m long\nrecording: {}\n", recording.name,
-               frames, recording.cameras.size() == 1 ? "one image" : "two images",
+               frames, images_text(recording.cameras.size()),
                json["recorded_seconds"].get<double>(), json["path_m"].get<double>(),
                o.output.string());
   }

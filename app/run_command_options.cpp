@@ -47,9 +47,11 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
   declare_truth_errors(parser, o.input.truth_options, "Input");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
   parser
-      .add_option("--cameras", o.input.cameras,
-                  "mono or stereo: the first camera, or the first two; the files of others are "
-                  "ignored (default: all cameras)")
+      .add_option(
+          "--cameras", o.input.cameras,
+          "mono or stereo: the first camera, or the first two; or the numbers of cameras in "
+          "the order of their use, as 0,2,3. The files of later ones are ignored (default: "
+          "all cameras)")
       ->type_name("mono|stereo")
       ->group("Input");
   parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")

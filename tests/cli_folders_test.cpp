@@ -67,7 +67,7 @@ TEST(Folders, TheReadersRemarksComeWithAnErrorAlsoIfQuiet) {
   fs::remove_all(folder / "rec/mav0/cam1/data");
   fs::remove(folder / "rec/mav0/cam1/data.csv");
   const Outcome stereo = chasles(folder, "run rec --quiet --cameras stereo");
-  expect_error(stereo, 1, "has 1 single cameras, expected at least 2");
+  expect_error(stereo, 1, "--cameras: camera 1 of rec has no images, expected some of 0");
   expect_part(stereo.err, "chasles: remark: cam1 is calibrated, but has no images: left out\n");
 }
 

@@ -199,7 +199,7 @@ TEST(RunFromImages, RejectsWhatItCannotDo) {
     EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
   };
   rejected("--cameras stereo", "expected at least 2");
-  rejected("--cameras trio", "expected mono or stereo");
+  rejected("--cameras trio", "expected mono, stereo, or the numbers");
   rejected("--begin never", "expected auto or truth");
   rejected("--set frontend.window=8", "odd");
   rejected("--set frontend.windw=8", "did you mean 'frontend.window'");

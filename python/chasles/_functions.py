@@ -6,7 +6,7 @@ import json
 import os
 import signal
 import sys
-from typing import Any, Literal, Mapping, NoReturn, Optional, Union
+from typing import Any, Literal, Mapping, NoReturn, Optional, Sequence, Union
 
 import numpy
 
@@ -23,23 +23,34 @@ _INTERRUPTED = 130
 
 @suggests_arguments
 def read(path: _core.Path, *, start: Optional[float] = None, stop: Optional[float] = None, backwards: bool = False,
-         cameras: str = "", truth: Optional[_core.Path] = None, truth_level: Union[str, bool] = "auto", pairing: str = "",
+         cameras: Union[str, Sequence[int]] = "", truth: Optional[_core.Path] = None,
+         truth_level: Union[str, bool] = "auto", pairing: str = "",
          max_truth_gap: Optional[float] = None, truth_time_offset: Union[float, Literal["auto"], None] = None,
          truth_frame: str = "",
          truth_scale: Optional[float] = None, truth_inverse: bool = False) -> _core.Recording:
     """Reads a recording of any kind that `chasles run` reads (docs/formats.md), cut to [start, stop] seconds
-    since its first event. cameras: "mono", "stereo" or "" (all). truth: a TUM file, or a recording with a
-    truth, that replaces the recording's truth; truth_level: True or "yes", False or "no" where its z axis
-    points up or does not; pairing: "interpolate" or "nearest"; max_truth_gap [s] between its stamps;
-    truth_time_offset [s], added to its times, or "auto" where its motion against the estimate's shows it;
+    since its first event. cameras: "mono", "stereo", "" (all) or their numbers in the order of their use,
+    as [0, 2, 3]. truth: a TUM file, or a recording with a truth, that replaces the recording's truth;
+    truth_level: True or "yes", False or "no" where its z axis points up or does not; pairing: "interpolate" or
+    "nearest"; max_truth_gap [s] between its stamps; truth_time_offset [s], added to its times, or "auto" where
+    its motion against the estimate's shows it;
     truth_frame: "imu", "cam0" or a file, whose poses it has; truth_scale: metres in its unit; truth_inverse:
     its poses are imu_T_world (docs/evaluation.md). Raises InputError with file, place, what was found and what
     was expected. Ctrl-C ends it."""
-    return _core.read(os.fspath(path), start=start, stop=stop, backwards=backwards, cameras=cameras,
+    return _core.read(os.fspath(path), start=start, stop=stop, backwards=backwards, cameras=_choice(cameras),
                       truth="" if truth is None else os.fspath(truth), truth_level=_level(truth_level), pairing=pairing,
                       max_truth_gap=max_truth_gap, truth_time_offset=_offset(truth_time_offset),
                       truth_frame=os.fspath(truth_frame),
                       truth_scale=truth_scale, truth_inverse=truth_inverse)
+
+
+def _choice(cameras: Any) -> str:
+    if isinstance(cameras, str):
+        return cameras
+    numbers = list(cameras) if hasattr(cameras, "__iter__") else [cameras]
+    if not numbers or not all(isinstance(n, (int, numpy.integer)) and not isinstance(n, bool) for n in numbers):
+        raise TypeError(f"read: cameras: found {cameras!r}, expected 'mono', 'stereo', '' (all) or a list of numbers")
+    return ",".join(str(n) for n in numbers)
 
 
 def _level(truth_level: Any) -> Any:

@@ -91,7 +91,7 @@ class FrontendSettings(TypedDict, total=False):
     """image of a camera's size, black where nothing is to be tracked (a robot's own arm); for a rig one file per
     camera, separated by commas; empty: none; default"""
     max_tracks: int
-    """maximum number at a time; default 150"""
+    """maximum number at a time, shared by the cameras that find tracks; default 150"""
     grid_columns: int
     """of cells over which the tracks are spread; default 10"""
     grid_rows: int
@@ -129,7 +129,7 @@ class FrontendSettings(TypedDict, total=False):
     outlier_threshold: float
     """distance to the epipolar line of motion [px]; default 1"""
     stereo: bool
-    """find each track of camera 0 in the other cameras; default true"""
+    """find tracks in the other cameras whose views overlap; default true"""
     epipolar_threshold: float
     """distance to the epipolar line of the rig [px]; default 1"""
     min_stereo_depth: float
@@ -486,9 +486,12 @@ class SceneSettings(TypedDict, total=False):
     landmark_farthest: float
     """depth at which a landmark is placed, most [m]; default 10"""
     cameras: int
-    """one, or two side by side; default 1"""
+    """of the rig; default 1"""
+    rig: Literal['side-by-side', 'back-to-back', 'ring']
+    """side-by-side; back-to-back: every second camera looks backward; ring: turned by equal angles about the upward
+    axis, to the left; default side-by-side"""
     baseline: float
-    """from the first camera to the second [m]; default 0.2"""
+    """between neighbours side by side [m]; default 0.2"""
     frame_rate: float
     """of the frames [Hz]; default 28"""
     focal_length: float

@@ -60,7 +60,7 @@ def test_messages_are_those_of_python(walk, drive, call, says):
 
 @pytest.mark.parametrize("bad", [{"stop": float("nan")}, {"start": float("nan")}, {"start": float("inf")},
                                  {"stop": float("-inf")}, {"start": 1e9}, {"stop": -1.0}, {"cameras": "tri"},
-                                 {"cameras": "stereo"}, {"truth_level": "maybe"}, {"pairing": "none"},
+                                 {"cameras": "stereo"}, {"cameras": [0, 0]}, {"cameras": [1]}, {"truth_level": "maybe"}, {"pairing": "none"},
                                  {"max_truth_gap": float("nan")}])
 def test_bad_parts_of_a_recording_are_errors(bad, tmp_path_factory):
     folder = tmp_path_factory.mktemp("read") / "walk"
@@ -68,6 +68,17 @@ def test_bad_parts_of_a_recording_are_errors(bad, tmp_path_factory):
     with pytest.raises(chasles.UsageError) as caught:
         chasles.read(folder, **bad)
     assert "--" not in str(caught.value) and next(iter(bad)) in str(caught.value)
+
+
+def test_cameras_are_chosen_by_their_numbers(tmp_path):
+    folder = tmp_path / "ring"
+    assert chasles.command("simulate", "hallway", "--set", "sections=1", "--set", "hall_length=4", "--set", "cameras=4",
+                           "--set", "rig=ring", "-o", folder, "--quiet") == 0
+    whole, part = chasles.read(folder), chasles.read(folder, cameras=[2, 0])
+    assert len(part.cameras) == 2
+    assert numpy.array_equal(part.cameras[0].cam_T_imu, whole.cameras[2].cam_T_imu)
+    with pytest.raises(TypeError, match=r"cameras: found \[0.5\], expected .* a list of numbers"):
+        chasles.read(folder, cameras=[0.5])
 
 
 def test_optional_packages_are_named_as_the_index_has_them():

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -26,6 +27,11 @@ struct PixelObservation {
   LandmarkId landmark = 0;
   int camera = 0;                                   ///< index into the rig
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< in the image, not undistorted [px]
+  /// Whether another camera found the track and this one matched it; none: not known.
+  std::optional<bool> match = {};
+
+  /// A track of unknown origin counts as found by camera 0.
+  bool is_match() const { return match.value_or(camera > 0); }
 };
 
 /// All observations of the cameras at one instant: the input of the filter. A frame may be empty.

@@ -6,12 +6,13 @@ namespace chasles {
 /// - white noise;
 /// - a random walk of the observed point across its ray. A patch that is followed slides over its
 ///   surface as the view changes, so the errors of successive observations are alike. All cameras
-///   that observe the point share the walk, because camera 0's patch is matched in the others;
-/// - a constant error of the matches in each other camera.
+///   that observe the point share the walk, because the patch of the camera that found the track is
+///   matched in the others;
+/// - a constant error of the matches (PixelObservation::is_match()) in each other camera.
 struct TrackNoise {
   double sigma = 0;  ///< white, of each coordinate [px]
   double drift = 0;  ///< density of the walk of each coordinate [px/sqrt(s)]
-  double match = 0;  ///< constant along a track, in the cameras after the first [px]
+  double match = 0;  ///< constant along a track, in cameras that did not find it [px]
 
   bool is_white() const { return drift <= 0 && match <= 0; }
 
@@ -21,9 +22,6 @@ struct TrackNoise {
   /// Added to the variance of the n-th match of a point, counted from 1 [px^2]. Since the sum of
   /// 1 / (n (n + 1)) is 1, all matches together have at most the information of one, 1 / match^2.
   double match_variance(int n) const { return match * match * n * (n + 1); }
-
-  /// Whether a pixel of that camera is a match.
-  static bool is_match(int camera) { return camera > 0; }
 };
 
 }  // namespace chasles

@@ -145,8 +145,8 @@ TEST(LensFit, AStatedReadoutIsCompared) {
   Recording r = rolling(0.03);
   r.cameras.front().shutter.readout = 0.03;
   EXPECT_EQ(findings(report_of(r)).find("readout"), std::string::npos) << findings(report_of(r));
-  EXPECT_NEAR(
-      fit_camera(r.frames, r.cameras, 0, gyroscope_rates(r.imu))->offset().value, -0.015, 0.002);
+  EXPECT_NEAR(fit_camera(r.frames, r.cameras, 0, gyroscope_rates(r.imu))->offset().value, -0.015,
+              0.002);
   r.cameras.front().shutter.readout = 0.015;
   const Finding& other = finding(report_of(r), "cam0", "its readout_time says 15.0 ms");
   EXPECT_NEAR(other.value, 15, 3);

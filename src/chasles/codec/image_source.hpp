@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
+#include <utility>
+#include <vector>
 
 #include <chasles/base/error.hpp>
 #include <chasles/camera/image_frame.hpp>
@@ -43,6 +46,19 @@ class ImageSource {
                                     const OnDamage& /*damaged*/) const {
     return read_cameras(i, cameras);
   }
+  /// The same with the images of these cameras only, in this order.
+  virtual ImageFrame read_chosen(std::size_t i, const std::vector<std::size_t>& cameras,
+                                 const OnDamage& damaged) const {
+    ImageFrame all = read_undamaged(i, std::ranges::max(cameras) + 1, damaged);
+    ImageFrame frame{.time = all.time, .images = {}};
+    for (const std::size_t camera : cameras) {
+      frame.images.push_back(camera < all.images.size() ? std::move(all.images[camera])
+                                                        : GrayImage{});
+    }
+    return frame;
+  }
+  /// False if it is known without reading that the camera has no image in the frame.
+  virtual bool has_image(std::size_t /*i*/, std::size_t /*camera*/) const { return true; }
 };
 
 /// The image that `read` returns; an empty one if it throws InputError, which `damaged` receives.

@@ -14,10 +14,10 @@ namespace chasles {
 /// How a landmark of the state has been observed.
 struct LandmarkRecord {
   int seen = 0;           ///< number of the latest frame
-  CameraSet cameras = 0;  ///< that have observed it
+  CameraSet cameras = 0;  ///< that follow its track
   int missed = 0;         ///< later frames in which one of them observes anything
   int rejected = 0;       ///< consecutive frames in which the gate rejected it
-  int matches = 0;        ///< used, in the cameras after the first
+  int matches = 0;        ///< used (PixelObservation::is_match())
 };
 
 /// Of all landmarks of a state, in the order of State::landmarks.

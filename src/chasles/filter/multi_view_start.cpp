@@ -107,9 +107,7 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
 void whiten(const State& x, std::span<const ClonedView> views, const TrackNoise& noise,
             MultiViewScratch& s, Linear& linear) {
   if (noise.is_white()) return;
-  const auto is_match = [&](Index i) {
-    return TrackNoise::is_match(views[static_cast<std::size_t>(i)].camera);
-  };
+  const auto is_match = [&](Index i) { return views[static_cast<std::size_t>(i)].match; };
   const auto time = [&](Index i) { return x.clone(views[static_cast<std::size_t>(i)].clone).time; };
   const auto n = static_cast<Index>(views.size());
   const Time last = time(n - 1);
@@ -171,8 +169,7 @@ void set_point(LandmarkId id, const Vector3d& p_world, std::span<const ClonedVie
   landmark.id = id;
   landmark.p_world = p_world;
   landmark.observations = static_cast<int>(views.size());
-  landmark.matches = static_cast<int>(std::ranges::count_if(
-      views, [](const ClonedView& view) { return TrackNoise::is_match(view.camera); }));
+  landmark.matches = static_cast<int>(std::ranges::count_if(views, &ClonedView::match));
 }
 
 // Anchored in the last view, and linearised in this form.

@@ -17,6 +17,7 @@ struct ClonedView {
   int clone = 0;  ///< id
   int camera = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  bool match = false;  ///< PixelObservation::is_match()
 };
 
 /// A point observed from several clones, separated into the rows that determine the point and the

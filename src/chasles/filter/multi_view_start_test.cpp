@@ -36,7 +36,8 @@ Tracked tracked(test::Random& random, bool calibrating, double pixel_noise, int 
     const Vector2d pixel = pixel_of(camera_of(x, camera), clone.world_T_imu, p_world);
     result.views.push_back({.clone = clone.id,
                             .camera = camera,
-                            .pixel = pixel + pixel_noise * random.normal_vector(2)});
+                            .pixel = pixel + pixel_noise * random.normal_vector(2),
+                            .match = camera > 0});
   };
   for (int i = 0; i < views_of_each; ++i) {
     for (const Clone& clone : x.clones) observe(clone, i % 3);

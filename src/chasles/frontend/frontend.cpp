@@ -5,121 +5,83 @@
 #include <utility>
 
 #include <chasles/base/stage_clock.hpp>
+#include <chasles/camera/rig_overlap.hpp>
+#include <chasles/frontend/camera_tracks.hpp>
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/frontend/stereo_match.hpp>
-#include <chasles/frontend/tracks.hpp>
 
 namespace chasles {
 namespace {
 
 constexpr int kStereoPause = 4;  // frames, after a search along the epipolar curve found nothing
 
-CoverageSettings coverage_settings_of(const FrontendSettings& s) {
-  return {.measure = s.corners,
-          .max_tracks = s.max_tracks,
-          .columns = s.grid_columns,
-          .rows = s.grid_rows,
-          .cells_per_search = s.cells_per_frame,
-          .min_distance = s.min_distance,
-          .border = s.border,
-          .min_gradient = s.min_corner_gradient};
-}
-
 }  // namespace
 
 struct Frontend::State {
+  /// A finder and its tracks.
+  struct FinderTracks {
+    Finder finder;
+    CameraTracks own;
+  };
+
   FrontendSettings settings;
   std::vector<Camera> cameras;
   std::vector<GrayImage> masks;
-  Coverage coverage;
+  std::vector<FinderTracks> finders;
 
   FrontendReport report;
-  std::optional<Time> last_frame = {};  // of any frame
-  Time last_image{};                    // of the last one in `past`
-  PastImages past;                      // of camera 0, up to the previous one
-  std::vector<ImagePyramid> now;        // one a camera
-  std::vector<Track> tracks = {};
+  std::optional<Time> last_frame = {};
+  std::vector<ImagePyramid> now;  // one a camera
+  std::vector<char> usable;       // whether `now` is of this frame; one a camera
   LandmarkId next_id = 0;
-  Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since that image
-  bool rotation_trusted = true;
 
-  std::vector<char> build_pyramids(const ImageFrame& frame);
-  void end_after_gap(Time time);
-  void follow(Time time);
-  void add_tracks();
-  void match_others(std::size_t camera);
+  bool is_usable(const FinderTracks& f) const { return usable[f.finder.camera] != 0; }
+  void build_pyramid_of(const ImageFrame& frame, std::size_t camera);
+  void build_pyramids(const ImageFrame& frame);
   void match_other(const StereoViews& views, std::size_t camera, Track& track);
-  void age_statistics();
+  void match(FinderTracks& f, std::size_t first);
+  std::vector<Eigen::Vector2d> matches_in(std::size_t camera) const;
+  void end_doubles(FinderTracks& f);
+  void add_tracks(FinderTracks& f);
+  void process(Time time);
+  void count();
   FeatureFrame features(Time time) const;
 };
 
-/// The cameras that have a usable image.
-std::vector<char> Frontend::State::build_pyramids(const ImageFrame& frame) {
+void Frontend::State::build_pyramid_of(const ImageFrame& frame, std::size_t camera) {
+  if (frame.images[camera].empty()) {
+    ++report.missing_images;
+    return;
+  }
+  build_pyramid(frame.images[camera], settings.equalisation, settings.levels, now[camera]);
+  const Exposure seen = exposure(now[camera]);
+  usable[camera] = seen == Exposure::kUsable ? 1 : 0;
+  if (seen == Exposure::kBlack) ++report.black_images;
+  if (seen == Exposure::kSaturated) ++report.saturated_images;
+}
+
+// Of the finders, and of the cameras in which one with a usable image searches.
+void Frontend::State::build_pyramids(const ImageFrame& frame) {
   StageClock clock;
-  std::vector<char> usable(cameras.size(), 0);
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (i > 0 && (!settings.stereo || !usable[0])) break;
-    if (frame.images[i].empty()) {
-      ++report.missing_images;
-      continue;
-    }
-    build_pyramid(frame.images[i], settings.equalisation, settings.levels, now[i]);
-    const Exposure seen = exposure(now[i]);
-    usable[i] = seen == Exposure::kUsable ? 1 : 0;
-    if (seen == Exposure::kBlack) ++report.black_images;
-    if (seen == Exposure::kSaturated) ++report.saturated_images;
+  usable.assign(cameras.size(), 0);
+  std::vector<char> finding(cameras.size(), 0), searched(cameras.size(), 0);
+  for (const FinderTracks& f : finders) {
+    finding[f.finder.camera] = 1;
+    build_pyramid_of(frame, f.finder.camera);
+    if (!settings.stereo || !is_usable(f)) continue;
+    for (const std::size_t c : f.finder.searched) searched[c] = 1;
+  }
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (searched[c] != 0 && finding[c] == 0) build_pyramid_of(frame, c);
   }
   report.pyramid_seconds = clock.lap();
-  return usable;
-}
-
-// A patch that is found again after a long gap may be another one.
-void Frontend::State::end_after_gap(Time time) {
-  if (time - last_image <= from_seconds(settings.max_gap)) return;
-  report.lost_waiting += static_cast<int>(tracks.size());
-  tracks.clear();
-}
-
-void Frontend::State::follow(Time time) {
-  if (!tracks.empty()) {
-    const Eigen::Matrix3d& cam_R_imu = cameras[0].cam_T_imu.R;
-    const TrackingStep step{.camera = cameras[0],
-                            .past = past,
-                            .now = now[0],
-                            .mask = masks[0],
-                            .now_R_last = cam_R_imu * now_R_last_imu * cam_R_imu.transpose(),
-                            .trusted = rotation_trusted,
-                            .seconds = to_seconds(time - last_image)};
-    follow_tracks(step, settings, tracks, report);
-  }
-  last_image = time;
-  now_R_last_imu.setIdentity();
-  rotation_trusted = true;
-}
-
-void Frontend::State::add_tracks() {
-  StageClock clock;
-  std::vector<Eigen::Vector2d> pixels;
-  pixels.reserve(tracks.size());
-  for (const Track& track : tracks) pixels.push_back(track.pixel);
-  for (const Eigen::Vector2d& pixel : coverage.refill(now[0].levels[0], masks[0], pixels)) {
-    const std::optional<WideRay> ray = wide_ray(cameras[0], pixel);
-    if (!ray) continue;
-    tracks.push_back({.id = next_id++,
-                      .pixel = pixel,
-                      .ray = *ray,
-                      .anchor = {.image = past.count(), .pixel = pixel},
-                      .others = std::vector<OtherView>(cameras.size() - 1)});
-    ++report.added;
-  }
-  report.corner_seconds = clock.lap();
 }
 
 void Frontend::State::match_other(const StereoViews& views, std::size_t camera, Track& track) {
-  OtherView& other = track.others[camera - 1];
+  OtherView& other = track.others[camera];
   if (other.pause > 0) {
     --other.pause;
     return;
@@ -132,6 +94,7 @@ void Frontend::State::match_other(const StereoViews& views, std::size_t camera, 
   if (match && !masked(masks[camera], match->pixel) &&
       in_image(cameras[camera], match->pixel, settings.border)) {
     ++report.stereo_matched;
+    ++report.cameras[camera].matched;
     other.pixel = match->pixel;
     other.inverse_depth = match->inverse_depth;
   } else {
@@ -140,15 +103,94 @@ void Frontend::State::match_other(const StereoViews& views, std::size_t camera, 
   }
 }
 
-void Frontend::State::match_others(std::size_t camera) {
-  const StereoViews views(cameras[0], now[0], cameras[camera], now[camera]);
-  for (Track& track : tracks) match_other(views, camera, track);
+// The tracks of a finder, from the first of these on, in the other cameras.
+void Frontend::State::match(FinderTracks& f, std::size_t first) {
+  if (!settings.stereo) return;
+  StageClock clock;
+  std::vector<Track>& tracks = f.own.tracks();
+  for (const std::size_t c : f.finder.searched) {
+    for (std::size_t i = first; i < tracks.size(); ++i) tracks[i].others[c].pixel.reset();
+    if (usable[c] == 0) continue;
+    const StereoViews views(cameras[f.finder.camera], now[f.finder.camera], cameras[c], now[c]);
+    for (std::size_t i = first; i < tracks.size(); ++i) match_other(views, c, tracks[i]);
+  }
+  report.stereo_seconds += clock.lap();
 }
 
-void Frontend::State::age_statistics() {
-  if (tracks.empty()) return;
+std::vector<Eigen::Vector2d> Frontend::State::matches_in(std::size_t camera) const {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const FinderTracks& f : finders) {
+    if (!is_usable(f)) continue;
+    for (const Track& track : f.own.tracks()) {
+      const auto& seen = track.others[camera].pixel;
+      if (seen) pixels.push_back(*seen);
+    }
+  }
+  return pixels;
+}
+
+// Of two tracks of different finders that meet in the image of one of them, the younger would be
+// the second track of the point.
+void Frontend::State::end_doubles(FinderTracks& f) {
+  const std::size_t camera = f.finder.camera;
+  for (FinderTracks& other : finders) {
+    if (&other == &f || !is_usable(other)) continue;
+    const auto doubled = [&](const Track& own, const Track& from_other) {
+      const auto& seen = from_other.others[camera].pixel;
+      return seen && (*seen - own.pixel).squaredNorm() < kMergeDistance * kMergeDistance;
+    };
+    const auto end_younger = [&](std::vector<Track>& younger, auto&& meets) {
+      const std::size_t ended = std::erase_if(younger, meets);
+      report.lost_merged += static_cast<int>(ended);
+      report.tracked -= static_cast<int>(ended);
+    };
+    end_younger(f.own.tracks(), [&](const Track& own) {
+      return std::ranges::any_of(other.own.tracks(), [&](const Track& older) {
+        return older.id < own.id && doubled(own, older);
+      });
+    });
+    end_younger(other.own.tracks(), [&](const Track& from_other) {
+      return std::ranges::any_of(f.own.tracks(), [&](const Track& older) {
+        return older.id < from_other.id && doubled(older, from_other);
+      });
+    });
+  }
+}
+
+void Frontend::State::add_tracks(FinderTracks& f) {
+  const std::size_t camera = f.finder.camera;
+  const std::size_t first = f.own.add(now[camera], matches_in(camera), next_id, report);
+  report.cameras[camera].added = static_cast<int>(f.own.tracks().size() - first);
+  match(f, first);
+}
+
+void Frontend::State::process(Time time) {
+  for (FinderTracks& f : finders) {
+    if (!is_usable(f)) continue;
+    f.own.follow(now[f.finder.camera], time, report);
+    match(f, 0);
+  }
+  for (FinderTracks& f : finders) {
+    if (is_usable(f)) end_doubles(f);
+  }
+  for (FinderTracks& f : finders) {
+    if (is_usable(f)) add_tracks(f);
+  }
+  count();
+  for (FinderTracks& f : finders) {
+    if (is_usable(f)) f.own.keep(now[f.finder.camera]);
+  }
+}
+
+// Of the cameras with an image.
+void Frontend::State::count() {
   std::vector<int> ages;
-  for (const Track& track : tracks) ages.push_back(track.age);
+  for (const FinderTracks& f : finders) {
+    if (!is_usable(f)) continue;
+    report.cameras[f.finder.camera].found = static_cast<int>(f.own.tracks().size());
+    for (const Track& track : f.own.tracks()) ages.push_back(track.age);
+  }
+  if (ages.empty()) return;
   std::sort(ages.begin(), ages.end());
   double sum = 0;
   for (const int age : ages) sum += age;
@@ -158,14 +200,20 @@ void Frontend::State::age_statistics() {
 
 FeatureFrame Frontend::State::features(Time time) const {
   FeatureFrame result{.time = time};
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    for (const Track& track : tracks) {
-      const auto seen = c == 0 ? std::optional(track.pixel) : track.others[c - 1].pixel;
-      if (!seen) continue;
-      result.pixels.push_back(
-          {.landmark = track.id, .camera = static_cast<int>(c), .pixel = *seen});
+  for (const FinderTracks& f : finders) {
+    if (!is_usable(f)) continue;
+    for (const Track& track : f.own.tracks()) {
+      for (std::size_t c = 0; c < cameras.size(); ++c) {
+        const bool own = c == f.finder.camera;
+        const auto seen = own ? std::optional(track.pixel) : track.others[c].pixel;
+        if (!seen) continue;
+        result.pixels.push_back(
+            {.landmark = track.id, .camera = static_cast<int>(c), .pixel = *seen, .match = !own});
+      }
     }
   }
+  std::ranges::sort(result.pixels, {},
+                    [](const PixelObservation& o) { return std::pair(o.camera, o.landmark); });
   return result;
 }
 
@@ -174,15 +222,19 @@ Frontend::Frontend(const FrontendSettings& settings, std::vector<Camera> cameras
   validate(settings);
   if (masks.empty()) masks.resize(cameras.size());
   check_rig(cameras, masks);
-  const Coverage coverage(coverage_settings_of(settings), cameras[0].width, cameras[0].height);
-  const std::vector<ImagePyramid> pyramids(cameras.size());
-  state_ = std::make_unique<State>(State{.settings = settings,
-                                         .cameras = std::move(cameras),
-                                         .masks = std::move(masks),
-                                         .coverage = coverage,
-                                         .report = {},
-                                         .past = PastImages(settings.patch_frames),
-                                         .now = pyramids});
+  const std::vector<Finder> roles = finders_of(cameras);
+  const int share = tracks_per_finder(settings.max_tracks, roles.size());
+  std::vector<State::FinderTracks> finders;
+  for (const Finder& finder : roles) {
+    const std::size_t c = finder.camera;
+    finders.push_back({finder, {settings, cameras[c], masks[c], cameras.size(), share}});
+  }
+  state_ = std::make_unique<State>();
+  state_->settings = settings;
+  state_->now.resize(cameras.size());
+  state_->cameras = std::move(cameras);
+  state_->masks = std::move(masks);
+  state_->finders = std::move(finders);
 }
 
 Frontend::~Frontend() = default;
@@ -195,22 +247,14 @@ FeatureFrame Frontend::process(const ImageFrame& frame, const RotationPrior& rot
   State& state = *state_;
   check_frame(frame, rotation, state.last_frame, state.cameras);
   state.report = {.time = frame.time};
+  state.report.cameras.resize(state.cameras.size());
   state.last_frame = frame.time;
-  state.now_R_last_imu = rotation.now_R_last_imu * state.now_R_last_imu;
-  state.rotation_trusted = state.rotation_trusted && rotation.trusted;
-  const std::vector<char> usable = state.build_pyramids(frame);
-  state.end_after_gap(frame.time);
-  if (!usable[0]) return {.time = frame.time};
-  state.follow(frame.time);
-  state.add_tracks();
-  StageClock clock;
-  for (std::size_t c = 1; c < state.cameras.size(); ++c) {
-    for (Track& track : state.tracks) track.others[c - 1].pixel.reset();
-    if (usable[c]) state.match_others(c);
+  state.build_pyramids(frame);
+  for (State::FinderTracks& f : state.finders) {
+    f.own.turn(rotation);
+    f.own.end_after_gap(frame.time, state.report);
   }
-  state.report.stereo_seconds = clock.lap();
-  state.age_statistics();
-  state.past.push(state.now[0]);
+  state.process(frame.time);
   return state.features(frame.time);
 }
 

@@ -21,7 +21,14 @@ struct RotationPrior {
                          ///< estimates the rotation itself
 };
 
-/// Outcomes of the tracks in one frame.
+/// The tracks of one camera in a frame.
+struct CameraReport {
+  int found = 0;    ///< present tracks that this camera found; 0 without an image
+  int added = 0;    ///< of them, new in this frame
+  int matched = 0;  ///< tracks of other cameras that were found in this one
+};
+
+/// Outcomes of the tracks in one frame, of all cameras together.
 struct FrontendReport {
   Time time{};
   int tracked = 0;          ///< continued from the last frame
@@ -40,9 +47,12 @@ struct FrontendReport {
   int stereo_tried = 0;      ///< (track, other camera) pairs that were searched
   int stereo_matched = 0;    ///< pairs that were found
 
-  bool motion_decided = false;     ///< the two-view check found a motion that most tracks share
-  double rotation_correction = 0;  ///< angle between its rotation and the predicted one [rad]
-  double median_parallax = 0;      ///< of the tracks, beyond the predicted rotation [px]
+  /// The two-view check found a motion that most tracks share, in one of the cameras.
+  bool motion_decided = false;
+  double rotation_correction = 0;  ///< largest angle between a rotation found and predicted [rad]
+  double median_parallax = 0;      ///< largest median of a camera, beyond the rotation [px]
+
+  std::vector<CameraReport> cameras = {};  ///< one a camera
 
   double mean_age = 0, median_age = 0;  ///< age of the present tracks, in frames
 
@@ -55,10 +65,12 @@ struct FrontendReport {
   }
 };
 
-/// From images to numbered points. Corners of camera 0 are followed from frame to frame, checked
-/// against each other, and found in the other cameras of the rig (docs/frontend.md). The same
-/// images give the same points; an id is never used twice. Tracks belong to camera 0: a landmark
-/// that it does not observe is in no frame.
+/// From images to numbered points. Corners are followed from frame to frame in the camera that
+/// found them, checked against each other, and searched in the other cameras whose views overlap
+/// (docs/frontend.md). Camera 0 finds tracks, and so does each camera that sees mostly something
+/// else than those before it (rig_overlap.hpp). The same images give the same points; an id is
+/// never used twice. Tracks belong to the camera that found them: a landmark that it does not
+/// observe is in no frame.
 class Frontend {
  public:
   /// `masks`: none, or one image per camera (empty: no mask), 0 where nothing is to be tracked.
@@ -70,7 +82,7 @@ class Frontend {
   Frontend& operator=(Frontend&&) noexcept;
 
   /// The points of this frame [px], distorted (raw), in the order of cameras and then of ids.
-  /// Without a usable image of camera 0 the frame is empty and the tracks wait. Throws InputError,
+  /// Without a usable image of the camera that found them, tracks wait. Throws InputError,
   /// without a change of state, for a time that does not rise, a wrong number of images, an image
   /// of another size than its camera's, and a matrix that is not a rotation.
   FeatureFrame process(const ImageFrame& frame, const RotationPrior& rotation = {});

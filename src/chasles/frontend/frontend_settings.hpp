@@ -69,7 +69,9 @@ void for_each_setting(S& s, Visitor&& visit) {
         "image of a camera's size, black where nothing is to be tracked (a robot's own arm); for a "
         "rig one file per camera, separated by commas; empty: none",
         limits::kAny);
-  visit("max_tracks", s.max_tracks, "count", "maximum number at a time", limits::from_to(1, 10000));
+  visit("max_tracks", s.max_tracks, "count",
+        "maximum number at a time, shared by the cameras that find tracks",
+        limits::from_to(1, 10000));
   visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread",
         limits::from_to(1, 100));
   visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread",
@@ -113,7 +115,7 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion",
         limits::from_to(0.01, 1000));
-  visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras",
+  visit("stereo", s.stereo, "bool", "find tracks in the other cameras whose views overlap",
         limits::kAny);
   visit("epipolar_threshold", s.epipolar_threshold, "px",
         "distance to the epipolar line of the rig", limits::from_to(0.01, 1000));

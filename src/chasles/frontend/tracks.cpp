@@ -14,8 +14,6 @@
 namespace chasles {
 namespace {
 
-constexpr double kMergeDistance = 3;  // two tracks nearer than this are one [px]
-
 /// A track in the old image and in the new one.
 struct Pair {
   Track last, now;
@@ -133,8 +131,9 @@ void reject_outliers(const TrackingStep& step, const FrontendSettings& settings,
                          .trusted = step.trusted,
                          .threshold = settings.outlier_threshold / focal,
                          .seed = static_cast<std::uint64_t>(report.time.count())});
-  report.motion_decided = motion.decided;
-  report.rotation_correction = so3::log(motion.now_R_last * step.now_R_last.transpose()).norm();
+  report.motion_decided = report.motion_decided || motion.decided;
+  report.rotation_correction = std::max(
+      report.rotation_correction, so3::log(motion.now_R_last * step.now_R_last.transpose()).norm());
   std::vector<Pair> right;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (motion.right[i]) right.push_back(pairs[i]);
@@ -199,8 +198,8 @@ void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
   for (Pair& pair : pairs) tracks.push_back(std::move(pair.now));
   merge(tracks, report);
   report.outlier_seconds += clock.lap();
-  report.tracked = static_cast<int>(tracks.size());
-  report.median_parallax = median_parallax(tracks, step.seconds);
+  report.tracked += static_cast<int>(tracks.size());
+  report.median_parallax = std::max(report.median_parallax, median_parallax(tracks, step.seconds));
 }
 
 }  // namespace chasles

@@ -33,7 +33,7 @@ struct PatchAnchor {
   Eigen::Matrix2d then_A_first = Eigen::Matrix2d::Identity();  ///< since the start of the track
 };
 
-/// A feature of camera 0 that is followed.
+/// A feature that is followed in the camera that found it.
 struct Track {
   LandmarkId id = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< [px]
@@ -41,10 +41,10 @@ struct Track {
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
   int age = 1;                                      ///< frames with an observation
   PatchAnchor anchor = {};
-  std::vector<OtherView> others = {};  ///< cameras 1, 2, ...
+  std::vector<OtherView> others = {};  ///< one a camera; its own is not used
 };
 
-/// The latest images of camera 0, numbered 0, 1, 2, ...
+/// The latest images of a camera, numbered 0, 1, 2, ...
 class PastImages {
  public:
   /// `count`: number of images to keep, at least one.
@@ -64,7 +64,7 @@ class PastImages {
   int count_ = 0;
 };
 
-/// Input of tracking from one image of camera 0 to the next.
+/// Input of tracking from one image of a camera to the next.
 struct TrackingStep {
   const Camera& camera;
   const PastImages& past;
@@ -75,10 +75,14 @@ struct TrackingStep {
   double seconds = 0;          ///< between the images
 };
 
+/// Two tracks nearer than this are one [px].
+inline constexpr double kMergeDistance = 3;
+
 /// The settings for a single patch.
 FollowSettings follow_settings_of(const FrontendSettings& settings);
 
-/// Moves each track to the new image. Tracks that end are removed and counted in the report.
+/// Moves each track to the new image. Tracks that end are removed and counted in the report,
+/// beside those of other cameras in the frame.
 void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
                    std::vector<Track>& tracks, FrontendReport& report);
 

@@ -99,7 +99,8 @@ std::optional<LoopReturn> LoopCloser::search_ids(
 std::optional<LoopReturn> LoopCloser::search_images(
     const FeatureFrame& frame, const std::vector<const PixelObservation*>& observations,
     const Ekf& filter, const FrameMoment& at) {
-  const bool has_image = frame.images && !frame.images->images.empty();
+  const bool has_image =
+      frame.images && !frame.images->images.empty() && !frame.images->images.front().empty();
   const Time interval = placer_.proposed() ? kWhileProposed : kBetweenImages;
   if (!has_image || (searched_ && at.now - *searched_ < interval)) return std::nullopt;
   searched_ = at.now;

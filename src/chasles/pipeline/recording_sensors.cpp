@@ -6,6 +6,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/calibration/imu_range.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
@@ -106,7 +107,7 @@ InertialRunSettings decided(InertialRunSettings settings, const Recording& recor
   if (!recording.images) return settings;
   std::optional<double>& pixel_sigma = settings.filter.pixel_sigma;
   if (!pixel_sigma) pixel_sigma = recording.single_pixel_sigma;
-  return for_images(std::move(settings), recording.cameras.size(), noise_of(recording),
+  return for_images(std::move(settings), cameras_in_stereo(recording.cameras), noise_of(recording),
                     recording.exact_calibration);
 }
 

@@ -24,6 +24,10 @@ void count(const TrackedFrame& tracked, FrontendTotals& totals) {
   totals.stereo_tried += r.stereo_tried;
   totals.stereo_matched += r.stereo_matched;
   totals.seconds += tracked.seconds;
+  totals.added_by_camera.resize(std::max(totals.added_by_camera.size(), r.cameras.size()));
+  for (std::size_t c = 0; c < r.cameras.size(); ++c) {
+    totals.added_by_camera[c] += r.cameras[c].added;
+  }
 }
 
 // The front end's time for each frame, on the cameras' clock; estimates are on the IMU's.

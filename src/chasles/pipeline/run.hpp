@@ -18,7 +18,8 @@ struct FrontendTotals {
   int frames = 0;
   int unreadable = 0;  ///< frames with an image that cannot be read, which counts as missing
   long tracked = 0, added = 0, lost = 0, outliers = 0, stereo_tried = 0, stereo_matched = 0;
-  double seconds = 0;  ///< its time, without reading the images
+  std::vector<long> added_by_camera = {};  ///< of `added`, those that each camera found
+  double seconds = 0;                      ///< its time, without reading the images
 };
 
 struct RunOptions {

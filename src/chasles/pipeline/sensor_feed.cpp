@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/pipeline/sensor_feed.hpp>
 
 namespace chasles {
@@ -9,8 +10,8 @@ namespace {
 
 // Decoding an image may take longer than processing it: at most so many wait.
 constexpr std::size_t kImagesReadAhead = 4;
-// So many frames whose first image cannot be read, and none before that can: it is not the disk,
-// but the kind of the images. The other cameras only join the tracks of the first.
+// So many frames in which no camera that finds tracks has an image that can be read, and none
+// before that has: it is not the disk, but the kind of the images.
 constexpr int kFramesToGiveUp = 20;
 
 }  // namespace
@@ -20,6 +21,7 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
                        const SensorFeedOptions& options)
     : recording_(&recording),
       stream_(recording),
+      finders_(are_finders(recording.cameras)),
       see_(options.see),
       unreadable_image_(options.unreadable) {
   std::function<std::optional<SensorEvent>()> next = [this] { return next_event(); };
@@ -74,23 +76,30 @@ ImageFrame SensorFeed::read(const ImagesDue& due) {
     damaged(error);
   }
   if (first) ++unreadable_;
-  if (!frame.images.empty() && !frame.images[0].empty()) {
+  if (shows_tracks(frame)) {
     any_read_ = true;
     see_(frame);
   } else if (first) {
-    if (without_first_++ == 0) first_error_ = first->what();
+    if (without_++ == 0) first_error_ = first->what();
     give_up_if_hopeless();
   }
   if (first) unreadable_image_(*first);
   return frame;
 }
 
+bool SensorFeed::shows_tracks(const ImageFrame& frame) const {
+  for (std::size_t c = 0; c < frame.images.size(); ++c) {
+    if (finders_[c] && !frame.images[c].empty()) return true;
+  }
+  return false;
+}
+
 void SensorFeed::give_up_if_hopeless() const {
   const std::size_t all = recording_->images->size();
-  const bool last = static_cast<std::size_t>(without_first_) == all;
-  if (any_read_ || !(last || without_first_ >= kFramesToGiveUp)) return;
+  const bool last = static_cast<std::size_t>(without_) == all;
+  if (any_read_ || !(last || without_ >= kFramesToGiveUp)) return;
   throw InputError(fmt::format("none of {}{} frames of images can be read; the first: {}",
-                               last ? "" : fmt::format("the first {} of ", without_first_), all,
+                               last ? "" : fmt::format("the first {} of ", without_), all,
                                first_error_));
 }
 

@@ -21,8 +21,8 @@ struct SensorFeedOptions {
   std::function<bool()> stop = [] {
     return false;
   };  ///< polled while the feed waits for a live sensor
-  /// Called with the frames whose first image can be read, maybe from another thread, until
-  /// close().
+  /// Called with the frames in which a camera that finds tracks (are_finders()) has an image that
+  /// can be read, maybe from another thread, until close().
   std::function<void(const ImageFrame&)> see = [](const ImageFrame&) {};
   /// Called once for each frame with images that cannot be read, with the error of the first one;
   /// these images count as missing.
@@ -32,7 +32,7 @@ struct SensorFeedOptions {
 /// The events of a recording as the input of an estimator: its samples and frames, its images
 /// through the front end. As fast as they are taken, or at the recording's own speed; then some may
 /// be dropped. An image that cannot be read counts as missing; next() throws InputError if that
-/// holds for all images of the first camera, or for its first twenty.
+/// holds for all images of the cameras that find tracks, or for the first twenty frames.
 class SensorFeed {
  public:
   /// The recording must outlive the feed.
@@ -60,16 +60,20 @@ class SensorFeed {
  private:
   std::optional<SensorEvent> next_event();
   ImageFrame read(const ImagesDue& due);
-  /// Throws InputError if many images of the first camera cannot be read, and none can.
+  /// Whether a camera that finds tracks has an image.
+  bool shows_tracks(const ImageFrame& frame) const;
+  /// Throws InputError if many frames have no such image, because they cannot be read, and none
+  /// has.
   void give_up_if_hopeless() const;
 
   const Recording* recording_;
   EventStream stream_;
+  std::vector<bool> finders_;  // whether a camera finds tracks; one a camera
   std::function<void(const ImageFrame&)> see_;
   std::function<void(const InputError&)> unreadable_image_;
-  int unreadable_ = 0, without_first_ = 0;  // frames
+  int unreadable_ = 0, without_ = 0;  // frames
   bool any_read_ = false;
-  std::string first_error_;  // of an unreadable image of the first camera
+  std::string first_error_;  // of the first of those frames
   Playback::Counts counts_;
   std::optional<Playback> playback_;
   std::optional<Ahead<SensorEvent>> ahead_;

@@ -87,7 +87,7 @@ std::vector<std::pair<Time, std::vector<int>>> expected_frames(std::vector<Senso
   }
   std::vector<std::string> remarks;
   std::vector<std::pair<Time, std::vector<int>>> frames;
-  for (const PairedFrame& frame : pair_images(stamps, kSameInstant, remarks)) {
+  for (const PairedFrame& frame : pair_images(stamps, {true, false}, kSameInstant, remarks)) {
     std::vector<int> of_frame;
     for (std::size_t c = 0; c < 2; ++c) {
       of_frame.push_back(frame.members[c] ? numbers[c][*frame.members[c]] : -1);

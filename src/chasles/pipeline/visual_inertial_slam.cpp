@@ -1,6 +1,7 @@
 #include <utility>
 
 #include <chasles/base/overloaded.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
@@ -30,11 +31,12 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
     : cameras_(cameras),
       tracker_(settings.frontend, cameras, behind_a_screen(imu), std::move(masks)),
       estimator_(make_estimator(
-          for_images(settings, cameras.size(), noise),
+          for_images(settings, cameras_in_stereo(cameras), noise),
           InertialSensors{
               .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma},
           std::nullopt, std::move(prior))),
-      predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)) {}
+      predictor_(predictor_for(for_images(settings, cameras_in_stereo(cameras), noise).filter,
+                               noise, imu)) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
   predictor_.add(sample);

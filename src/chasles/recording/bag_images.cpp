@@ -7,6 +7,7 @@
 #include <chasles/bags/image_copies.hpp>
 #include <chasles/bags/ros_image.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/recording/bag_images.hpp>
 #include <chasles/recording/image_recording.hpp>
@@ -128,7 +129,7 @@ std::shared_ptr<const ImageSource> open_bag_images(
       stamps[c].push_back(by_imu_clock(image.time, offset, cameras[c].where));
     }
   }
-  std::vector<PairedFrame> frames = pair_images(stamps, kSameInstant, remarks);
+  std::vector<PairedFrame> frames = pair_images(stamps, are_finders(rig), kSameInstant, remarks);
   return std::make_shared<BagImages>(files, std::move(cameras), std::move(frames));
 }
 

@@ -109,6 +109,23 @@ TEST_F(EurocFolder, CamerasAreThoseOfOneInstantWithinTwoMilliseconds) {
                                    "images are more than 2 ms from all of them: left out"});
 }
 
+TEST_F(EurocFolder, AllCamerasAreReadAndOneThatLooksElsewhereHasFramesOfItsOwn) {
+  test::write_euroc_folder(rec, 4);
+  EXPECT_EQ(read_recording(rec).cameras.size(), 4u);
+  change("cam2/sensor.yaml", "0, -1, 0, 0.1, 1, 0, 0, 0.2, 0, 0, 1",
+         "0, 1, 0, 0.1, 1, 0, 0, 0.2, 0, 0, -1");
+  change("cam2/data.csv", "10000000,", "12500000,");
+  const Recording r = read_recording(rec);
+  ASSERT_EQ(r.images->size(), 4u);
+  EXPECT_EQ(r.images->time(2), std::chrono::microseconds(12500));
+  const ImageFrame own = r.images->read(2);
+  ASSERT_EQ(own.images.size(), 4u);
+  for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(own.images[c].empty(), c != 2);
+  EXPECT_TRUE(r.images->read(1).images[2].empty());
+  expect_parts(joined(r.remarks), {"1 of the 3 images of cam2 are at other instants", "2.5 ms",
+                                   "frames of their own"});
+}
+
 TEST_F(EurocFolder, CamerasThatAreNotTriggeredTogetherAreTheFirstAlone) {
   change("cam1/data.csv", "5000000,", "7500000,");
   change("cam1/data.csv", "10000000,", "12500000,");

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/codec/image_decode.hpp>
 #include <chasles/codec/image_range.hpp>
 #include <chasles/codec/text_file.hpp>
@@ -132,7 +133,7 @@ std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cam
     forms.push_back({.size = size, .bits = used_bits(cameras[c], size, c, remarks)});
     for (const StampedFile& image : cameras[c].images) stamps[c].push_back(image.time);
   }
-  std::vector<PairedFrame> frames = pair_images(stamps, tolerance, remarks);
+  std::vector<PairedFrame> frames = pair_images(stamps, are_finders(rig), tolerance, remarks);
   return std::make_shared<ImageFiles>(std::move(cameras), std::move(forms), std::move(frames));
 }
 

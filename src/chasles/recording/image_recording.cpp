@@ -42,6 +42,7 @@ void open_cameras(std::vector<std::optional<CameraFiles>> files, const std::vect
                   const std::filesystem::path& first, Recording& recording) {
   std::vector<CameraFiles> kept;
   std::vector<Camera> cameras;
+  std::vector<std::size_t> numbers;
   for (std::size_t c = 0; c < files.size(); ++c) {
     if (!files[c]) {
       if (c == 0) {
@@ -58,7 +59,9 @@ void open_cameras(std::vector<std::optional<CameraFiles>> files, const std::vect
     }
     kept.push_back(std::move(*files[c]));
     cameras.push_back(recording.cameras[c]);
+    numbers.push_back(c);
   }
+  if (kept.size() < files.size()) recording.camera_numbers = std::move(numbers);
   recording.cameras = std::move(cameras);
   // The cameras of a rig are triggered together: EuRoC's have identical times.
   recording.images =

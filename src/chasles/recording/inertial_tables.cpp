@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -13,8 +15,25 @@ namespace chasles {
 namespace {
 
 const std::vector<std::string> kPixelColumns{"time_ns", "camera", "landmark", "u", "v"};
+const std::vector<std::string> kMatchColumn{"match"};
 const std::vector<std::string> kMotionColumns{"time_ns", "vx",  "vy",  "vz",  "bax",
                                               "bay",     "baz", "bgx", "bgy", "bgz"};
+
+// Whether a pixel is a match, if the table has that column.
+std::optional<bool> match_at(const CsvReader& csv) {
+  if (csv.columns().size() == kPixelColumns.size()) return std::nullopt;
+  const std::int64_t match = csv.integer(kPixelColumns.size());
+  if (match == 0 || match == 1) return match == 1;
+  throw InputError(
+      fmt::format("{}: found {}, expected 0 (the track's own camera) or 1 (a match in another one)",
+                  csv.where(kPixelColumns.size()), match));
+}
+
+bool states_matches(const std::vector<FeatureFrame>& frames) {
+  return std::ranges::any_of(frames, [](const FeatureFrame& frame) {
+    return std::ranges::any_of(frame.pixels, [](const auto& o) { return o.match.has_value(); });
+  });
+}
 
 }  // namespace
 
@@ -49,7 +68,7 @@ void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& f
 
 void read_pixels(const std::filesystem::path& file, std::size_t cameras,
                  std::vector<FeatureFrame>& frames) {
-  CsvReader csv(file, kPixelColumns);
+  CsvReader csv(file, kPixelColumns, kMatchColumn);
   FrameCursor cursor(frames);
   while (csv.next()) {
     FeatureFrame& frame = cursor.frame_of(csv);
@@ -62,19 +81,25 @@ void read_pixels(const std::filesystem::path& file, std::size_t cameras,
     }
     frame.pixels.push_back({.landmark = csv.integer(2),
                             .camera = static_cast<int>(camera),
-                            .pixel = {csv.finite(3), csv.finite(4)}});
+                            .pixel = {csv.finite(3), csv.finite(4)},
+                            .match = match_at(csv)});
   }
 }
 
 void write_pixels(const std::vector<FeatureFrame>& frames, const std::filesystem::path& file) {
+  const bool with_matches = states_matches(frames);
   fmt::memory_buffer rows;
   for (const FeatureFrame& frame : frames) {
     for (const PixelObservation& o : frame.pixels) {
-      fmt::format_to(std::back_inserter(rows), "{},{},{},{},{}\n", frame.time.count(), o.camera,
+      fmt::format_to(std::back_inserter(rows), "{},{},{},{},{}", frame.time.count(), o.camera,
                      o.landmark, o.pixel.x(), o.pixel.y());
+      if (with_matches) fmt::format_to(std::back_inserter(rows), ",{:d}", o.is_match());
+      rows.push_back('\n');
     }
   }
-  write_table(file, kPixelColumns, {rows.data(), rows.size()});
+  std::vector<std::string> columns = kPixelColumns;
+  if (with_matches) columns.insert(columns.end(), kMatchColumn.begin(), kMatchColumn.end());
+  write_table(file, columns, {rows.data(), rows.size()});
 }
 
 std::vector<TrueMotion> read_true_motion(const std::filesystem::path& file,

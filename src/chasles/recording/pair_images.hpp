@@ -15,11 +15,14 @@ struct PairedFrame {
   std::vector<std::optional<std::size_t>> members;
 };
 
-/// Each image of the first camera makes a frame, because tracks belong to that camera. An image of
-/// another camera joins the nearest frame, within `tolerance`; others are left out. `stamps`: the
-/// times of each camera, at least one, rising strictly. `remarks` receives a sentence on each
-/// camera that lacks images for some frames, or has images of no frame.
-std::vector<PairedFrame> pair_images(const std::vector<std::vector<Time>>& stamps, Time tolerance,
+/// Each image of the first camera makes a frame. An image of another camera joins the nearest frame
+/// of the cameras before it, within `tolerance`. Others make frames of their own if the camera
+/// finds tracks (are_finders()), and are left out if it only matches those of other cameras.
+/// `stamps`: the times of each camera, at least one, rising strictly. `finders`: one a camera.
+/// `remarks` receives a sentence on each camera that lacks images for some frames, or has images of
+/// no frame.
+std::vector<PairedFrame> pair_images(const std::vector<std::vector<Time>>& stamps,
+                                     const std::vector<bool>& finders, Time tolerance,
                                      std::vector<std::string>& remarks);
 
 }  // namespace chasles

@@ -25,14 +25,25 @@ class PairedImages : public ImageSource {
                             const OnDamage& damaged) const override {
     ImageFrame frame{.time = frames_[i].time, .images = {}};
     for (std::size_t c = 0; c < std::min(cameras, cameras_); ++c) {
-      const auto& image = frames_[i].members[c];
-      frame.images.push_back(
-          read_or_empty([&] { return image ? read_one(c, *image) : GrayImage{}; }, damaged));
+      frame.images.push_back(read_member(i, c, damaged));
     }
     return frame;
   }
+  ImageFrame read_chosen(std::size_t i, const std::vector<std::size_t>& cameras,
+                         const OnDamage& damaged) const override {
+    ImageFrame frame{.time = frames_[i].time, .images = {}};
+    for (const std::size_t c : cameras) frame.images.push_back(read_member(i, c, damaged));
+    return frame;
+  }
+  bool has_image(std::size_t i, std::size_t camera) const override {
+    return frames_[i].members[camera].has_value();
+  }
 
  private:
+  GrayImage read_member(std::size_t i, std::size_t camera, const OnDamage& damaged) const {
+    const auto& image = frames_[i].members[camera];
+    return read_or_empty([&] { return image ? read_one(camera, *image) : GrayImage{}; }, damaged);
+  }
   /// Decodes an image of a camera. Throws InputError.
   virtual GrayImage read_one(std::size_t camera, std::size_t image) const = 0;
 

@@ -41,6 +41,9 @@ struct Recording {
   StereoRig rig;
   std::vector<BodyVelocity> velocities;
   std::vector<Camera> cameras;
+  /// Their numbers in the calibration, if some of it are left out or in another order; empty: 0, 1,
+  /// 2, ...
+  std::vector<std::size_t> camera_numbers;
   std::vector<ImuSample> imu;
   ImuConvention imu_convention = ImuConvention::kInstant;
   std::optional<ImuNoise> imu_noise;  ///< as the recording states it

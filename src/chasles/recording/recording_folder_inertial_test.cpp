@@ -73,6 +73,29 @@ TEST_F(InertialFolder, TheCamerasAndPixelsAreReadAgainToTheLastBit) {
   }
 }
 
+TEST_F(InertialFolder, WhichPixelsAreMatchesIsReadAgainIfItIsKnown) {
+  for (const FeatureFrame& frame : read_folder_recording(folder).frames) {
+    for (const PixelObservation& o : frame.pixels) EXPECT_FALSE(o.match.has_value());
+  }
+  for (FeatureFrame& frame : recording.frames) {
+    for (PixelObservation& o : frame.pixels) o.match = o.camera == 0;
+  }
+  write_folder_recording(recording, folder);
+  int pixels = 0;
+  for (const FeatureFrame& frame : read_folder_recording(folder).frames) {
+    for (const PixelObservation& o : frame.pixels) {
+      EXPECT_EQ(o.match, o.camera == 0);
+      ++pixels;
+    }
+  }
+  EXPECT_GT(pixels, 0);
+  std::string text = test::slurp(folder / "pixels.csv");
+  text[text.rfind(',') + 1] = '2';
+  test::spill(folder / "pixels.csv", text);
+  expect_parts(input_error([&] { read_folder_recording(folder); }),
+               {"pixels.csv", "match", "found 2", "expected 0", "or 1"});
+}
+
 TEST_F(InertialFolder, EachLensIsReadAgainToTheLastBit) {
   for (const test::Lens& lens : test::lenses()) {
     recording.cameras[0].distortion = lens.camera.distortion;

@@ -7,6 +7,7 @@
 
 #include <chasles/base/constants.hpp>
 #include <chasles/base/interruption.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/session/check_trial.hpp>
@@ -61,8 +62,8 @@ TrialOutcome run_filter(const Recording& part, bool images, InertialRunSettings 
   settings.filter.exact_map = Toggle::kFalse;
   settings.filter.pixel_sigma = part.single_pixel_sigma;
   if (images) {
-    settings =
-        for_images(settings, part.cameras.size(), part.imu_noise.value(), part.exact_calibration);
+    settings = for_images(settings, cameras_in_stereo(part.cameras), part.imu_noise.value(),
+                          part.exact_calibration);
   }
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
   TrialOutcome outcome{.frames = part.frames.size(), .why = {}};

@@ -8,6 +8,7 @@
 #include <chasles/recording/backwards.hpp>
 #include <chasles/recording/image_views.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/camera_choice.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/truth_preparation.hpp>
@@ -64,30 +65,6 @@ void cut(Recording& r, const RecordingInput& input) {
     r.images = part_of(r.images, begin + from_seconds(start), begin + from_seconds(stop),
                        r.cameras.size());
   }
-}
-
-// How many of the first cameras are asked for.
-std::size_t count_of(const std::string& choice) {
-  if (choice.empty()) return kAllCameras;
-  if (choice == "mono") return 1;
-  if (choice == "stereo") return 2;
-  throw UsageError(fmt::format("--cameras: found '{}', expected mono or stereo", choice));
-}
-
-// Keeps only those.
-void choose_cameras(Recording& r, const std::string& choice) {
-  if (choice.empty()) return;
-  const std::size_t count = count_of(choice);
-  if (r.cameras.size() < count) {
-    throw UsageError(fmt::format("--cameras {}: {} has {} single cameras, expected at least {}",
-                                 choice, r.name, r.cameras.size(), count));
-  }
-  r.cameras.resize(count);
-  for (FeatureFrame& frame : r.frames) {
-    std::erase_if(frame.pixels,
-                  [&](const PixelObservation& o) { return o.camera >= static_cast<int>(count); });
-  }
-  if (r.images) r.images = part_of(r.images, Time::min(), Time::max(), count);
 }
 
 void choose_tracks(Recording& r, const TracksPart& tracks) {
@@ -191,7 +168,8 @@ Recording read_input(const RecordingInput& input) {
   check_seconds("--start", input.start);
   check_seconds("--stop", input.stop);
   ReaderSettings reader = input.reader;
-  reader.cameras = count_of(input.cameras);
+  const auto choice = camera_choice(input.cameras);
+  reader.cameras = cameras_to_read(choice);
   Recording r = read_recording(input.recording, reader);
   const RemarksOnError remarks(r);
   check_not_empty(r);
@@ -199,7 +177,7 @@ Recording read_input(const RecordingInput& input) {
   const bool level = is_truth_level(input.truth_options, stated_level(own_truth(r)), r.truth);
   if (!r.truth.empty()) r.truth_level = level;  // before its first pose becomes its last
   cut(r, input);
-  choose_cameras(r, input.cameras);
+  if (choice) choose_cameras(r, *choice);
   choose_tracks(r, input.tracks);
   if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);

@@ -19,7 +19,7 @@ struct RecordingInput {
   TruthOptions truth_options = {};
   std::optional<double> start, stop;  ///< seconds since the recording's first event
   bool backwards = false;             ///< reverse, after cutting
-  std::string cameras;                ///< "mono", "stereo"; empty: all cameras
+  std::string cameras;                ///< as camera_choice(); empty: all cameras
   TracksPart tracks = {};             ///< with images, applied during the run
   ReaderSettings reader = {};
 };

@@ -175,8 +175,11 @@ Json cameras_json(const Recording& recording) {
         {{"imu_T_cam", rows}, {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}}});
     return list.back();
   };
-  for (const Camera& camera : recording.cameras) {
-    add(camera.cam_T_imu, camera)["resolution"] = {camera.width, camera.height};
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+    const Camera& camera = recording.cameras[c];
+    Json& entry = add(camera.cam_T_imu, camera);
+    entry["resolution"] = {camera.width, camera.height};
+    if (!recording.camera_numbers.empty()) entry["number"] = recording.camera_numbers[c];
   }
   if (recording.cameras.empty()) {
     const StereoRig& rig = recording.rig;

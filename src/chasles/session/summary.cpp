@@ -48,14 +48,18 @@ Json noise_json(const VelocitySlamNoise& noise, bool level, double time_offset) 
 }
 
 Json frontend_json(const FrontendTotals& t) {
-  return {{"frames", t.frames},
-          {"unreadable", t.unreadable},
-          {"tracked", t.tracked},
-          {"added", t.added},
-          {"lost", t.lost},
-          {"outliers", t.outliers},
-          {"stereo_tried", t.stereo_tried},
-          {"stereo_matched", t.stereo_matched}};
+  Json json = {{"frames", t.frames},
+               {"unreadable", t.unreadable},
+               {"tracked", t.tracked},
+               {"added", t.added},
+               {"lost", t.lost},
+               {"outliers", t.outliers},
+               {"stereo_tried", t.stereo_tried},
+               {"stereo_matched", t.stereo_matched}};
+  // Where only camera 0 finds tracks, `added` says it.
+  const bool others = std::ranges::count_if(t.added_by_camera, [](long n) { return n > 0; }) > 1;
+  if (others) json["added_by_camera"] = t.added_by_camera;
+  return json;
 }
 
 // Whether the run treats the velocities as level; never in other modes or with an input.

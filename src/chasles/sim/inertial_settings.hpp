@@ -18,6 +18,16 @@ struct Choices<Geometry> {
       Choice{Geometry::kTrajectory, "trajectory"}, Choice{Geometry::kWalk, "walk"}};
 };
 
+/// Where the cameras of a rig look.
+enum class RigLayout { kSideBySide, kBackToBack, kRing };
+
+template <>
+struct Choices<RigLayout> {
+  static constexpr std::array list{Choice{RigLayout::kSideBySide, "side-by-side"},
+                                   Choice{RigLayout::kBackToBack, "back-to-back"},
+                                   Choice{RigLayout::kRing, "ring"}};
+};
+
 // The only list of settings: type, name, default, least, most, unit, meaning. It defines the
 // struct, the command line, the help and the checks. Only numbers have a least and a most.
 // clang-format off
@@ -61,8 +71,9 @@ struct Choices<Geometry> {
   FIELD(double, landmark_nearest, 2, 0.1, 1e4, "m", "depth at which a landmark is placed, least") \
   FIELD(double, landmark_farthest, 10, 0.1, 1e4, "m", "depth at which a landmark is placed, most")\
   /* the cameras (defaults: as Kleinert & Stilla, half of 1398 x 1080 px at 28 Hz) */             \
-  FIELD(int, cameras, 1, 1, 2, "", "one, or two side by side")                                    \
-  FIELD(double, baseline, 0.2, 1e-3, 10, "m", "from the first camera to the second")              \
+  FIELD(int, cameras, 1, 1, 8, "", "of the rig")                                                  \
+  FIELD(RigLayout, rig, RigLayout::kSideBySide, 0, 0, "", "side-by-side; back-to-back: every second camera looks backward; ring: turned by equal angles about the upward axis, to the left") \
+  FIELD(double, baseline, 0.2, 1e-3, 10, "m", "between neighbours side by side")                  \
   FIELD(double, frame_rate, 28, 0.01, 1000, "Hz", "of the frames")                                \
   FIELD(double, focal_length, 480, 1, 1e5, "px", "fx = fy")                                       \
   FIELD(double, center_u, 349.5, -1e5, 1e5, "px", "principal point, to the right")                \

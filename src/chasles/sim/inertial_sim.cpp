@@ -94,7 +94,7 @@ class TrackWalks {
 };
 
 Eigen::Vector2d match_error(double sigma, const Random& random, const PixelObservation& seen) {
-  if (!TrackNoise::is_match(seen.camera)) return Eigen::Vector2d::Zero();
+  if (!seen.is_match()) return Eigen::Vector2d::Zero();
   const auto track = static_cast<std::uint64_t>(seen.landmark);
   return sigma * Eigen::Vector2d(random.normal(Stream::kMatchError, track, 0),
                                  random.normal(Stream::kMatchError, track, 1));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -247,6 +248,30 @@ TEST(InertialSim, TwoCamerasShareTheLandmarks) {
 }
 
 // Steps of variance drift^2 dt, the same in both cameras, from zero at the first observation.
+TEST(InertialSim, OfARingEachCameraHasTracksThatItFound) {
+  InertialScene scene = hallway();
+  scene.settings.cameras = 4;
+  scene.settings.rig = RigLayout::kRing;
+  scene.settings.landmarks_in_view = 120;
+  scene.settings.sections = 1;
+  std::map<LandmarkId, int> finder;
+  std::array<int, 4> found{};
+  for (const FeatureFrame& frame : simulate_inertial(scene).frames) {
+    for (const PixelObservation& o : frame.pixels) {
+      ASSERT_TRUE(o.match.has_value());
+      if (*o.match) continue;
+      ++found[static_cast<std::size_t>(o.camera)];
+      EXPECT_EQ(finder.try_emplace(o.landmark, o.camera).first->second, o.camera);
+    }
+  }
+  for (const int n : found) EXPECT_GT(n, 1000);
+  scene.settings.rig = RigLayout::kSideBySide;
+  scene.settings.cameras = 2;
+  for (const FeatureFrame& frame : simulate_inertial(scene).frames) {
+    for (const PixelObservation& o : frame.pixels) ASSERT_FALSE(o.match.has_value());
+  }
+}
+
 TEST(InertialSim, TracksDriftAlikeInAllCameras) {
   constexpr double kDrift = 2;
   InertialScene scene = exact();

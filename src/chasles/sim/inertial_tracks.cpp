@@ -3,6 +3,7 @@
 #include <optional>
 
 #include <chasles/base/interruption.hpp>
+#include <chasles/camera/rig_overlap.hpp>
 #include <chasles/sim/inertial_tracks.hpp>
 
 namespace chasles {
@@ -18,6 +19,7 @@ class Tracker {
       : settings_(settings),
         world_(world),
         cameras_(cameras),
+        finders_(finders_of(cameras)),
         poses_(poses),
         motion_(motion),
         numbers_(world.points.size()),
@@ -38,6 +40,12 @@ class Tracker {
   }
 
  private:
+  // A track: its point, and the camera that found it, if the tracks state it.
+  struct Alive {
+    std::size_t point = 0;
+    std::optional<std::size_t> finder = {};
+  };
+
   std::optional<Eigen::Vector2d> visible_pixel_of(std::size_t point, std::size_t camera,
                                                   std::size_t pose) const {
     const Camera& seeing = cameras_[camera];
@@ -65,13 +73,25 @@ class Tracker {
     return false;
   }
 
+  // The first finder that sees the point, else the first one. None with a single finder: the tracks
+  // are camera 0's, as those of recordings that do not state it.
+  std::optional<std::size_t> finder_of(std::size_t point, std::size_t pose) const {
+    if (finders_.size() < 2) return std::nullopt;
+    const auto sees = [&](const Finder& finder) {
+      return visible_pixel_of(point, finder.camera, pose).has_value();
+    };
+    const auto first = std::ranges::find_if(finders_, sees);
+    return first != finders_.end() ? first->camera : 0;
+  }
+
   // Adds the point's pixels to the frame; false if no camera sees it.
-  bool observe(std::size_t point, LandmarkId landmark, std::size_t pose) {
+  bool observe(const Alive& track, LandmarkId landmark, std::size_t pose) {
     const std::size_t before = frame_.pixels.size();
     for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
-      if (const auto pixel = visible_pixel_of(point, camera, pose)) {
-        frame_.pixels.push_back({landmark, static_cast<int>(camera), *pixel});
-      }
+      const auto pixel = visible_pixel_of(track.point, camera, pose);
+      if (!pixel) continue;
+      frame_.pixels.push_back({landmark, static_cast<int>(camera), *pixel});
+      if (track.finder) frame_.pixels.back().match = camera != *track.finder;
     }
     return frame_.pixels.size() > before;
   }
@@ -79,7 +99,7 @@ class Tracker {
   void follow_on(std::size_t pose) {
     std::erase_if(alive_, [&](const auto& track) {
       if (observe(track.second, track.first, pose)) return false;
-      tracked_[track.second] = false;
+      tracked_[track.second.point] = false;
       return true;
     });
   }
@@ -91,9 +111,10 @@ class Tracker {
     for (std::size_t point = 0; point < tracked_.size() && alive_.size() < wanted; ++point) {
       if (tracked_[point] || !is_visible(point, pose) || !is_visible(point, later)) continue;
       const LandmarkId landmark = number_of(point);
-      observe(point, landmark, pose);
+      const Alive track{.point = point, .finder = finder_of(point, pose)};
+      observe(track, landmark, pose);
       tracked_[point] = true;
-      alive_.emplace(landmark, point);
+      alive_.emplace(landmark, track);
     }
   }
 
@@ -107,11 +128,12 @@ class Tracker {
   const InertialSettings& settings_;
   const InertialWorld& world_;
   const std::vector<Camera>& cameras_;
+  std::vector<Finder> finders_;
   const Trajectory& poses_;
   const Spline& motion_;
   InertialTracks tracks_;
   FeatureFrame frame_;
-  std::map<LandmarkId, std::size_t> alive_;         // the point of each track
+  std::map<LandmarkId, Alive> alive_;
   std::vector<std::optional<LandmarkId>> numbers_;  // the latest number of each point
   std::vector<bool> tracked_;
 };

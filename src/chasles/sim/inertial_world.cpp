@@ -193,6 +193,28 @@ bool blocked(const std::vector<Box>& walls, const Eigen::Vector3d& from,
                              [&](const Box& wall) { return hits(wall, from, ray, kBefore); });
 }
 
+namespace {
+
+// The place of a camera in its rig: turned about the IMU's z axis, and so many baselines aside.
+struct RigPlace {
+  double yaw = 0;  // [rad]
+  int aside = 0;
+};
+
+RigPlace place_of(const InertialSettings& settings, int camera) {
+  switch (settings.rig) {
+    case RigLayout::kSideBySide:
+      return {.aside = camera};
+    case RigLayout::kBackToBack:
+      return {.yaw = M_PI * (camera % 2), .aside = camera / 2};
+    case RigLayout::kRing:
+      return {.yaw = 2 * M_PI * camera / settings.cameras};
+  }
+  return {};
+}
+
+}  // namespace
+
 std::vector<Camera> make_cameras(const InertialSettings& settings) {
   Eigen::Matrix3d imu_R_straight;  // its columns: the camera's right, down and forward
   imu_R_straight << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -200,9 +222,11 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
       so3::exp({settings.camera_tilt_x, settings.camera_tilt_y, settings.camera_tilt_z});
   std::vector<Camera> cameras;
   for (int i = 0; i < settings.cameras; ++i) {
-    const Eigen::Vector3d aside(0, -i * settings.baseline, 0);
+    const RigPlace place = place_of(settings, i);
+    const Eigen::Vector3d aside(0, -place.aside * settings.baseline, 0);
     const Eigen::Vector3d first(settings.camera_x, settings.camera_y, settings.camera_z);
-    const SE3 imu_T_cam{tilt * imu_R_straight, first + tilt * aside};
+    SE3 imu_T_cam{tilt * imu_R_straight, first + tilt * aside};
+    if (place.yaw != 0) imu_T_cam = SE3{so3::exp({0, 0, place.yaw}), {0, 0, 0}} * imu_T_cam;
     cameras.push_back(
         {.width = settings.image_width,
          .height = settings.image_height,

@@ -20,8 +20,9 @@ struct InertialWorld {
 /// own face.
 bool blocked(const std::vector<Box>& walls, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// The settings' cameras, side by side, the first at (camera_x, camera_y, camera_z). The optical
-/// axis is the IMU's x axis except for the tilt.
+/// The settings' cameras, the first at (camera_x, camera_y, camera_z). Its optical axis is the
+/// IMU's x axis except for the tilt. The others are beside it, or turned with their place about the
+/// IMU's z axis.
 std::vector<Camera> make_cameras(const InertialSettings& settings);
 
 /// The pixel of a point in one camera, by the conditions of the settings: inside the image's

@@ -61,6 +61,35 @@ TEST(InertialWorld, CamerasStandWhereTheSettingsSay) {
   EXPECT_TRUE(test::agree(first.R, second.R, 1e-15));
 }
 
+TEST(InertialWorld, ARigLooksWhereItsLayoutSays) {
+  InertialSettings settings;
+  settings.cameras = 4;
+  settings.camera_tilt_y = 0.1;
+  const auto axis = [&](int camera) {
+    const SE3 imu_T_cam =
+        make_cameras(settings)[static_cast<std::size_t>(camera)].cam_T_imu.inverse();
+    return Eigen::Vector3d(imu_T_cam.R.col(2));
+  };
+  const auto place = [&](int camera) {
+    return make_cameras(settings)[static_cast<std::size_t>(camera)].cam_T_imu.inverse().p;
+  };
+  const Eigen::Vector3d ahead(std::cos(0.1), 0, -std::sin(0.1));
+  const Eigen::Vector3d first(settings.camera_x, settings.camera_y, settings.camera_z);
+  for (int i = 0; i < 4; ++i) EXPECT_LT((axis(i) - ahead).norm(), 1e-12);
+  EXPECT_LT((place(3) - first - Eigen::Vector3d(0, -3 * settings.baseline, 0)).norm(), 1e-12);
+  settings.rig = RigLayout::kRing;
+  const Eigen::Vector3d left(0, std::cos(0.1), -std::sin(0.1));
+  EXPECT_LT((axis(1) - left).norm(), 1e-12);
+  EXPECT_LT((place(1) - Eigen::Vector3d(-first.y(), first.x(), first.z())).norm(), 1e-12);
+  EXPECT_LT(axis(2).x(), -0.99);
+  settings.rig = RigLayout::kBackToBack;
+  EXPECT_LT((axis(2) - ahead).norm(), 1e-12);
+  EXPECT_LT((axis(3) - axis(1)).norm(), 1e-12);
+  EXPECT_LT(axis(1).x(), -0.99);
+  EXPECT_NEAR((place(3) - place(1)).norm(), settings.baseline, 1e-12);
+  EXPECT_NEAR((place(2) - place(0)).norm(), settings.baseline, 1e-12);
+}
+
 TEST(InertialWorld, WhatIsNotVisible) {
   const InertialSettings settings = at_origin();
   const Camera camera = make_cameras(settings).at(0);

@@ -62,7 +62,7 @@ void LandmarkUpdater::linearise(SlamContext& x, const Observations& observations
     }
     LandmarkRecord& record = x.records[static_cast<std::size_t>(*landmark)];
     record.seen = x.frame;
-    record.cameras |= camera_bit(o->camera);
+    record.cameras |= following(*o);
     if (e.zero_velocity) continue;
     outcomes_.back().outcome = Outcome::kRejected;  // until it is used
     Measurement& z = known_.append();
@@ -91,7 +91,7 @@ bool LandmarkUpdater::measure(const SlamContext& x, const PixelObservation& o, i
     return false;
   }
   studies.differentiate(x.filter, camera, z);
-  if (TrackNoise::is_match(o.camera)) {
+  if (o.is_match()) {
     const int matches = x.records[static_cast<std::size_t>(index)].matches;
     z.noise += noise.match_variance(matches + 1) * Eigen::Matrix2d::Identity();
   }
@@ -140,7 +140,7 @@ void LandmarkUpdater::note_report(SlamContext& x, const UpdateReport& report) {
     PixelOutcome& one = outcomes_[of_outcome_[i]];
     if (report.accepted[i]) {
       one.outcome = Outcome::kUsed;
-      record.matches += TrackNoise::is_match(one.observation.camera);
+      record.matches += one.observation.is_match();
     }
     one.expected = {.pixel = one.observation.pixel - known_[i].residual,
                     .covariance = report.covariances[i]};
@@ -181,7 +181,7 @@ void LandmarkUpdater::note_initialised(SlamContext& x, int added) {
     for (PixelOutcome& one : outcomes_) {
       if (one.observation.landmark != landmarks[i].id) continue;
       one.outcome = Outcome::kInitialised;
-      x.records[i].cameras |= camera_bit(one.observation.camera);
+      x.records[i].cameras |= following(one.observation);
     }
   }
 }

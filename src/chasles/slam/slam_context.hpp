@@ -4,6 +4,7 @@
 
 #include <chasles/base/time.hpp>
 #include <chasles/camera/camera.hpp>
+#include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/track_noise.hpp>
 #include <chasles/estimate/landmark_records.hpp>
 #include <chasles/filter/ekf.hpp>
@@ -11,6 +12,12 @@
 #include <chasles/slam/inertial_settings.hpp>
 
 namespace chasles {
+
+/// The camera that follows the observation's track, as a set: a frame in which it observes other
+/// points says that it lost this one. None for a match: matches come and go while the track lasts.
+inline CameraSet following(const PixelObservation& o) {
+  return o.match.value_or(false) ? CameraSet{0} : camera_bit(o.camera);
+}
 
 /// What the steps of a frame share: the filter, the records of its landmarks, and what the settings
 /// say of both. InertialSlam owns it and passes it to each step.

@@ -30,8 +30,10 @@ TrackUpdater::TrackUpdater(const InertialSlamSettings& settings)
 void TrackUpdater::add(const SlamContext& x, const PixelObservation& o, bool augmented) {
   WaitingTrack& track = track_of(x, o.landmark);
   track.seen = x.frame;
-  track.cameras |= camera_bit(o.camera);
-  if (augmented) track.views.push_back({.clone = x.frame, .camera = o.camera, .pixel = o.pixel});
+  track.cameras |= following(o);
+  if (!augmented) return;
+  track.views.push_back(
+      {.clone = x.frame, .camera = o.camera, .pixel = o.pixel, .match = o.is_match()});
 }
 
 // Adds a new track if there is none.

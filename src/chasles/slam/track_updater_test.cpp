@@ -123,6 +123,23 @@ TEST(TrackUpdater, ATrackWaitsWhileItsCamerasAreBlind) {
   EXPECT_EQ(updater.tracks().size(), 1u);
 }
 
+// Camera 1 also matched it, but camera 0 found it, and has no image now.
+TEST(TrackUpdater, ATrackWaitsForTheCameraThatFoundIt) {
+  test::Random random(5);
+  for (const bool known : {true, false}) {
+    SlamContext x = some_context(random);
+    x.settings.max_landmarks = 0;
+    TrackUpdater updater(x.settings);
+    SeenFromClones seen = seen_from_clones(x, random);
+    for (auto& [clone, o] : seen.views) {
+      if (known) o.match = o.camera == 1;
+    }
+    add(x, updater, seen);
+    updater.update(x, camera_bit(1), CloneWindow());
+    EXPECT_EQ(updater.tracks().size(), known ? 1u : 0u);
+  }
+}
+
 // When the window is full, the tracks with a view in its oldest clone have their last chance: they
 // update the filter as if they were lost, and wait with new views. Others wait.
 TEST(TrackUpdater, WhereTheWindowIsFullTracksOfItsOldestCloneUpdate) {

@@ -12,7 +12,7 @@ struct WaitingTrack {
   LandmarkId id = 0;
   std::vector<ClonedView> views;
   int seen = 0;           ///< number of the latest frame
-  CameraSet cameras = 0;  ///< that have observed it
+  CameraSet cameras = 0;  ///< that follow it
   bool ended = false;     ///< it is now a landmark, or no longer in view
 };
 

@@ -41,7 +41,7 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   for (const BatchPoint& point : graph.points) {
     const std::vector<PointView>& views = point.views;
     for (std::size_t a = 0; a < views.size(); ++a) {
-      if (views[a].camera != kWalkCamera) continue;
+      if (views[a].match) continue;
       const std::size_t b = next_view(views, a);
       const std::size_t c = b < views.size() ? next_view(views, b) : b;
       if (c >= views.size()) continue;

@@ -106,7 +106,7 @@ void check(const InertialBatchInput& input) {
 
 double sigma_of(const InertialBatchInput& input, const PointView& view, int& matches) {
   const TrackNoise noise{.sigma = input.pixel_sigma, .drift = 0, .match = input.match_sigma};
-  if (!TrackNoise::is_match(view.camera)) return noise.sigma;
+  if (!view.match) return noise.sigma;
   return std::sqrt(noise.sigma * noise.sigma + noise.match_variance(++matches));
 }
 

@@ -13,6 +13,7 @@ namespace chasles::smooth_detail {
 struct PointView {
   int keyframe = 0, camera = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  bool match = false;  ///< PixelObservation::is_match()
 };
 
 /// A landmark: its views, sorted by keyframe and camera. Either anchored in the camera of the first

@@ -49,7 +49,8 @@ class Collector {
         finish(o.landmark, views);
         views.clear();
       }
-      views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
+      views.push_back(
+          {.keyframe = now, .camera = o.camera, .pixel = o.pixel, .match = o.is_match()});
     }
     if (!frame.pixels.empty()) last_observed_ = now;
   }

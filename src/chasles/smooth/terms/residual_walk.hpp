@@ -44,12 +44,9 @@ class ResidualWalk {
 /// studies/noise.md [s^2].
 inline constexpr double kWideningSquare = 1;
 
-/// The views of tracks that ResidualWalk takes: those of the first camera. What other cameras see
-/// of its landmarks are matches, whose noise differs from view to view (TrackNoise).
-inline constexpr int kWalkCamera = 0;
-
 /// The next of these views, which have a `camera`, by the camera of view `after`; their number if
-/// there is none.
+/// there is none. ResidualWalk takes only views by the camera that found the track: the noise of
+/// matches differs from view to view (TrackNoise).
 template <typename Views>
 std::size_t next_view(const Views& views, std::size_t after) {
   std::size_t i = after + 1;

@@ -153,7 +153,7 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
   if (!settings.loops && !views.empty() && views.back().keyframe < last_frame) {
     track = {.of = {.id = o.landmark, .views = {}}};
   }
-  views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
+  views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel, .match = o.is_match()});
   if (!track.point) {
     seen.push_back(o.landmark);
     return;
@@ -175,6 +175,7 @@ WindowView InertialWindow::Implementation::view_of(const PointView& view,
                   graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
+  made.match = view.match;
   return made;
 }
 

@@ -43,6 +43,7 @@ struct ChainTerm {
 /// One observation of a landmark.
 struct WindowView {
   int keyframe = 0, camera = 0;
+  bool match = false;   ///< PixelObservation::is_match()
   bool begins = false;  ///< whether it can initialise a landmark; one that is not in the prior
                         ///< needs such a view
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point

@@ -62,7 +62,7 @@ void SlidingWindow::note_walk(int keyframe) {
   for (const auto& [number, point] : window.points) {
     const std::vector<WindowView>& views = point.views;
     for (std::size_t a = 0; a < views.size(); ++a) {
-      if (views[a].keyframe != keyframe || views[a].camera != kWalkCamera) continue;
+      if (views[a].keyframe != keyframe || views[a].match) continue;
       const std::size_t b = next_view(views, a);
       const std::size_t c = b < views.size() ? next_view(views, b) : b;
       if (c >= views.size()) continue;
