@@ -93,7 +93,7 @@ class Room {
     Random random(noise_seed);
     const std::vector<Eigen::Vector3d>& rays = rays_of(camera);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      if (rays[i].z() == 0) continue;
+      if (rays[i].isZero()) continue;
       const double grey = gain * double{grey_at(hit(world_T_cam, rays[i]))} + offset +
                           (noise > 0 ? noise * random.normal() : 0);
       image.pixels[i] = static_cast<std::uint8_t>(std::min(255.0, std::max(0.0, grey)) + 0.5);
@@ -116,7 +116,7 @@ class Room {
   std::optional<Eigen::Vector2d> true_pixel(const Camera& from, const SE3& world_T_from,
                                             const Eigen::Vector2d& pixel, const Camera& to,
                                             const SE3& world_T_to) const {
-    const auto ray = unproject(from, pixel);
+    const auto ray = wide_ray(from, pixel);
     if (!ray) return std::nullopt;
     const auto seen = project(to, world_T_to.inverse() * hit(world_T_from, ray->ray));
     if (!seen || !in_image(to, seen->pixel)) return std::nullopt;
@@ -135,7 +135,7 @@ class Room {
                        kTexels * p[(wall + 2) % 3] + side);
   }
 
-  /// The rays of all pixels; z = 0 where there is none.
+  /// The rays of all pixels; zero where there is none.
   const std::vector<Eigen::Vector3d>& rays_of(const Camera& camera) const {
     for (const auto& known : rays_) {
       if (known.width == camera.width && known.fx == camera.fx &&
@@ -149,7 +149,7 @@ class Room {
     added.coefficients = camera.coefficients;
     for (int y = 0; y < camera.height; ++y) {
       for (int x = 0; x < camera.width; ++x) {
-        const auto ray = unproject(camera, Eigen::Vector2d(x, y));
+        const auto ray = wide_ray(camera, Eigen::Vector2d(x, y));
         added.rays.push_back(ray ? ray->ray : Eigen::Vector3d::Zero());
       }
     }

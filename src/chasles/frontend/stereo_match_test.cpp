@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -48,7 +49,8 @@ class StereoInARoom {
       if (error > 1) continue;
       ++result.right;
       errors.push_back(error);
-      const double depth = (world_T_cam_[0].inverse() * in_.hit(world_T_cam_[0], ray->ray)).z();
+      const Eigen::Vector3d p = world_T_cam_[0].inverse() * in_.hit(world_T_cam_[0], ray->ray);
+      const double depth = is_ahead(p) ? p.z() : p.norm();
       result.worst_depth = std::max(result.worst_depth, std::abs(match->inverse_depth * depth - 1));
     }
     if (errors.empty()) return result;
@@ -70,6 +72,25 @@ void expect_good(const StereoInARoom::Score& score) {
   EXPECT_GE(score.right, 0.9 * score.visible) << score.visible;
   EXPECT_LT(score.median_error, 0.1);
   EXPECT_LT(score.worst_depth, 0.1);
+}
+
+// Two fisheye cameras of 195 degrees, 10 cm from each other and back to back: they share the points
+// beside them, which both have at the rims of their images.
+TEST(StereoMatch, CamerasBackToBackShareTheirRims) {
+  Camera front = fisheye_camera();
+  front.width = front.height = 480;
+  front.fx = front.fy = 140;
+  front.cx = front.cy = 239.5;
+  front.coefficients = {0, 0, 0, 0};
+  Camera back = front;
+  back.cam_T_imu.R = so3::exp({0, std::numbers::pi, 0});
+  back.cam_T_imu.p = {0, 0, -0.1};
+  const StereoInARoom rig({front, back}, {so3::exp({0.2, -0.1, 0.3}), {0.3, -0.2, 0.1}});
+  const auto score = rig.score();
+  EXPECT_GT(score.visible, 30);
+  EXPECT_GE(score.right, 0.98 * score.found) << score.found;
+  EXPECT_GE(score.right, 0.9 * score.visible) << score.visible;
+  EXPECT_LT(score.median_error, 0.1);
 }
 
 TEST(StereoMatch, FindsTheCornersOfARoomWithoutAnyDepthGiven) {
