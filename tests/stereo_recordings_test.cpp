@@ -71,7 +71,7 @@ void compare(const Pair& pair, const Pair& later, const std::vector<Camera>& rig
   Coverage coverage({.border = 20}, rig[0].width, rig[0].height);
   ++score.pairs;
   for (const Eigen::Vector2d& pixel : coverage.refill(first.levels[0], {}, {})) {
-    const auto ray = unproject(rig[0], pixel);
+    const auto ray = wide_ray(rig[0], pixel);
     const auto known = match_stereo(in_time, {pixel, *ray}, {});
     if (!known || known->inverse_depth < 0.05) continue;
     const Eigen::Vector3d p_cam0 = ray->ray / ray->ray.z() / known->inverse_depth;

@@ -136,6 +136,10 @@ def test_a_lens_that_gtsam_does_not_have(plain, monkeypatch):
         monkeypatch.setattr("chasles._gtsam.batch_problem", lambda run, part: problem)
         with pytest.raises(chasles.UsageError, match=says):
             gtsam_graph(plain)
+    rolling = chasles.Camera(640, 480, 400, 400, 320, 240, readout_time=0.02)
+    monkeypatch.setattr("chasles._gtsam.batch_problem", lambda run, part: {**batch_problem(plain), "cameras": [rolling]})
+    with pytest.raises(chasles.UsageError, match="a rolling shutter of 20.0 ms; expected a global one"):
+        gtsam_graph(plain)
 
 
 @pytest.mark.parametrize("scene", [

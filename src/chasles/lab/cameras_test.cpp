@@ -39,7 +39,8 @@ struct CameraScore {
   }
 };
 
-Trial trial_of(const Recording& recording, const InertialSlamSettings& settings, std::uint64_t run) {
+Trial trial_of(const Recording& recording, const InertialSlamSettings& settings,
+               std::uint64_t run) {
   const FilterVariant filter{.name = "own", .settings = settings};
   return run_trial(filter, recording, draw_start(recording, settings, 3, run));
 }
@@ -74,7 +75,8 @@ Camera stated_wrongly(const Camera& camera, const InertialSlamSettings& settings
   imu_T_cam.p += three(settings.initial_extrinsic_translation_sigma);
   Intrinsics stated = intrinsics_of(camera);
   const std::vector<double> sigmas = intrinsics_sigmas(settings, camera);
-  for (int i = 0; i < 4; ++i) stated.projection[i] += sigmas[static_cast<std::size_t>(i)] * normal();
+  for (int i = 0; i < 4; ++i)
+    stated.projection[i] += sigmas[static_cast<std::size_t>(i)] * normal();
   stated.readout += settings.initial_readout_sigma * normal();
   for (std::size_t k = 0; k < stated.coefficients.size(); ++k) {
     stated.coefficients[k] += sigmas[6 + k] * normal();
@@ -112,9 +114,9 @@ TEST(WrongCalibration, IsEstimatedOrConsideredConsistently) {
     const auto variances = trial.calibration->covariance.diagonal().segment<4>(row);
     squares += error.cwiseAbs2().cwiseQuotient(variances).sum();
     const double late = found.readout - camera.shutter.readout;
-    squares += late * late /
-               trial.calibration->covariance(row + Intrinsics::kReadoutRow,
-                                             row + Intrinsics::kReadoutRow);
+    squares +=
+        late * late /
+        trial.calibration->covariance(row + Intrinsics::kReadoutRow, row + Intrinsics::kReadoutRow);
     parameters += 5;
   }
   EXPECT_GT(wrong.nees, 30) << "expected: 6";

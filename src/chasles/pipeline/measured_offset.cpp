@@ -68,10 +68,13 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
   return frames;
 }
 
-TracksEvidence evidence_of(const CameraFit& fit, const InertialRunSettings& settings) {
+TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& cameras,
+                           const InertialRunSettings& settings) {
   TracksEvidence evidence{.clock = camera_clock(fit), .mistake = fit.mistake};
   const auto& given = settings.filter.readout_time;
-  const bool open = !given && !fit.shutter.is_rolling();
+  const bool open = !given && std::ranges::none_of(cameras, [](const Camera& camera) {
+    return camera.shutter.is_rolling();
+  });
   if (open && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
   // The offset is that of the first line by the shutter as it is stated.
   const double readout =
@@ -88,7 +91,7 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   const auto fit =
       fit_camera(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
                  recording.cameras, 0, gyroscope_rates(recording.imu));
-  return fit ? evidence_of(*fit, settings) : TracksEvidence{};
+  return fit ? evidence_of(*fit, recording.cameras, settings) : TracksEvidence{};
 }
 
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence) {

@@ -35,8 +35,9 @@ struct TracksEvidence {
   bool has_wrong_lens() const { return mistake.has_value(); }
 };
 
-/// What a fit of the first camera says to a run with these settings.
-TracksEvidence evidence_of(const CameraFit& fit, const InertialRunSettings& settings);
+/// What a fit of the first of the cameras means for a run with these settings.
+TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& cameras,
+                           const InertialRunSettings& settings);
 
 /// Examines the first camera. Nothing without an IMU or cameras, nor for recorded tracks, unless
 /// the run estimates their time offset from `auto`. Throws as read_masks().

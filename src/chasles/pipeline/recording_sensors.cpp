@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -22,6 +25,8 @@ constexpr double kGuessedDepth = 20;
 constexpr double kSmoothedLoss = 1, kSmoothedGate = 2;
 // Data sheets state the noise of an IMU at a standstill.
 constexpr double kImuInUse = 3;
+// Of a readout, whose time and that of the frames are rounded.
+constexpr double kLongestPartOfInterval = 1.02;
 
 ImuNoise noise_of(const Recording& recording) {
   if (recording.imu_noise) return *recording.imu_noise;
@@ -30,6 +35,33 @@ ImuNoise noise_of(const Recording& recording) {
                   "accelerometer_random_walk, gyroscope_noise_density and "
                   "gyroscope_random_walk into its calibration",
                   recording.name));
+}
+
+// The median time between two frames [s]; none of fewer than two.
+std::optional<double> frame_interval(const Recording& recording) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < frame_count(recording); ++i) {
+    intervals.push_back(to_seconds(frame_time(recording, i) - frame_time(recording, i - 1)));
+  }
+  if (intervals.empty()) return std::nullopt;
+  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
+  std::ranges::nth_element(intervals, middle);
+  return *middle;
+}
+
+// A sensor reads out an image before it begins the next one. With cameras of several rates the
+// frames of all are nearer.
+void check_readout(const Recording& recording) {
+  const auto interval = frame_interval(recording);
+  if (!interval || recording.cameras.size() > 2) return;
+  for (std::size_t i = 0; i < recording.cameras.size(); ++i) {
+    const double readout = recording.cameras[i].shutter.readout;
+    if (readout <= *interval * kLongestPartOfInterval) continue;
+    throw InputError(fmt::format(
+        "{}: cam{} has a readout_time of {:.1f} ms, longer than the {:.1f} ms between its images; "
+        "expected the time from the first line to the last, in seconds, of this mode of the camera",
+        recording.name, i, 1e3 * readout, 1e3 * *interval));
+  }
 }
 
 void check_recognition(const InertialRunSettings& settings, const Recording& recording) {
@@ -65,6 +97,7 @@ InertialSensors inertial_sensors(const Recording& recording) {
         "`chasles run`, which chooses by the recording");
   }
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
+  check_readout(recording);
   const double otherwise = recording.images ? kFrontendPixelSigma : 1;
   return {.cameras = recording.cameras,
           .noise = noise_of(recording),

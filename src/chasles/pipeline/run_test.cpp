@@ -55,6 +55,20 @@ VelocityRunSettings velocity(const char* estimator) {
   return settings;
 }
 
+TEST(RunOfARollingShutter, NeedsAReadoutWithinTheTimeOfAFrame) {
+  Recording recording = hallway();
+  recording.cameras.front().shutter.readout = 0.05;
+  std::string message;
+  try {
+    run(recording, inertial("filter"));
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  for (const char* part : {"cam0 has a readout_time of 50.0 ms", "35.7 ms between its images"}) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  }
+}
+
 // The numbers of an estimate are those that state_names() names, behind the pose.
 void expect_complete(const RunResult& run) {
   ASSERT_FALSE(run.estimates.empty());

@@ -164,7 +164,7 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
   InertialRunSettings settings;
   const auto fit =
       images ? fit_camera(part.frames, part.cameras, 0, gyroscope_rates(part.imu)) : std::nullopt;
-  start_from_measured(settings, fit ? evidence_of(*fit, settings) : TracksEvidence{});
+  start_from_measured(settings, fit ? evidence_of(*fit, part.cameras, settings) : TracksEvidence{});
   const TrialOutcome outcome = run_filter(part, images, settings);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;

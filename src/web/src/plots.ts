@@ -14,7 +14,9 @@ const FAMILIES: [name: RegExp, unit: string, axes: string][] = [
   [/^(tilt|velocity_heading)$/, 'rad', ''],
   [/^imu_T_cam\d+_turned$/, 'rad', 'the IMU'],
   [/^imu_T_cam\d+$/, 'm', 'the IMU'],
-  [/^time_offset$/, 's', ''],
+  [/^cam\d+_[fc][xy]$/, 'px', ''],
+  [/^(cam\d+_readout_time|time_offset)$/, 's', ''],
+  [/^cam\d+_/, '1', ''],
 ];
 
 export function plotSpecs(run: Run): PlotSpec[] {

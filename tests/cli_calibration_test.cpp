@@ -1,0 +1,77 @@
+#include <nlohmann/json.hpp>
+
+#include <chasles/run_folder/run.hpp>
+
+#include "cli_process.hpp"
+
+// A calibration in the state of the filter: what `chasles run` reports of it.
+namespace chasles::test {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kRolling =
+    "simulate walk --set walk_duration=12 --set readout_time=0.02 --set distortion=radtan --set "
+    "distortion_1=-0.2 --set distortion_2=0.04 -o rec --quiet";
+
+TEST(RunWithACalibrationInItsState, HasATableOfAllParameters) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, kRolling).code, 0);
+  const Outcome run = chasles(folder,
+                              "run rec --begin truth --json --quiet -o out "
+                              "--set calibrate_intrinsics=true --set calibrate_readout=considered");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json summary = Json::parse(run.out);
+  std::vector<std::string> names;
+  for (const Json& parameter : summary.at("calibration").at("parameters")) {
+    const std::string name = parameter.at("name");
+    names.push_back(name);
+    const bool is_readout = name == "cam0_readout_time";
+    EXPECT_EQ(parameter.at("use"), is_readout ? "considered" : "estimated");
+    const double stated = parameter.at("stated"), estimate = parameter.at("estimate");
+    const double stated_sigma = parameter.at("stated_sigma"), sigma = parameter.at("sigma");
+    EXPECT_LT(std::abs(estimate - stated), 4 * sigma) << name << ": what is stated is right";
+    if (is_readout) {
+      EXPECT_EQ(estimate, stated);
+      EXPECT_NEAR(sigma, stated_sigma, 1e-9);
+      EXPECT_EQ(parameter.at("observed"), false);
+    } else {
+      EXPECT_LT(sigma, stated_sigma) << name;
+    }
+  }
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"cam0_fx", "cam0_fy", "cam0_cx", "cam0_cy", "cam0_k1",
+                                      "cam0_k2", "cam0_p1", "cam0_p2", "cam0_readout_time"}));
+  const Run written = read_run(folder / "out");
+  const std::vector<std::string> columns(written.extra_names.end() - 9, written.extra_names.end());
+  EXPECT_EQ(columns, names);
+  EXPECT_EQ(written.states.back().extra.back(), 0.02);
+}
+
+TEST(RunWithACalibrationInItsState, IsForTheFilter) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, kRolling).code, 0);
+  for (const char* estimator : {"window:8", "batch"}) {
+    const Outcome run = chasles(folder, std::string("run rec --quiet --begin truth --estimator ") +
+                                            estimator + " --set calibrate_intrinsics=considered");
+    EXPECT_EQ(run.code, 1);
+    EXPECT_NE(run.err.find("takes the calibration as known"), std::string::npos) << run.err;
+  }
+}
+
+TEST(RunWithARollingShutter, MayTakeItForAGlobalOne) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, kRolling).code, 0);
+  const auto ate = [&](const std::string& option) {
+    const Outcome run = chasles(folder, "run rec --begin truth --json --quiet " + option);
+    EXPECT_EQ(run.code, 0) << run.err;
+    return Json::parse(run.out).at("ate_posyaw_m").get<double>();
+  };
+  EXPECT_GT(ate("--set readout_time=0"), 2 * ate(""));
+  const Outcome far = chasles(folder, "run rec --quiet --set readout_time=20");
+  EXPECT_EQ(far.code, 1);
+  EXPECT_NE(far.err.find("readout_time"), std::string::npos) << far.err;
+}
+
+}  // namespace
+}  // namespace chasles::test
