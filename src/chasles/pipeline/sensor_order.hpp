@@ -19,8 +19,8 @@ namespace chasles {
 /// its next image no frame waits for it. Without samples, or images of the first camera, there is
 /// no estimate that could be held up.
 ///
-/// Images are paired as pair_images() does: each image of the first camera makes a frame, and an
-/// image of another camera joins the nearest frame, within kSameInstant. Where the first camera has
+/// Images are paired as pair_images() does without finders beside the first camera, whose images
+/// make the frames; others join the nearest frame, within kSameInstant. Where the first camera has
 /// more than 250 images a second, an image between two frames joins the earlier one.
 class SensorOrder {
  public:
