@@ -21,10 +21,12 @@ import numpy
 from studies import pages
 from studies.arrays import Array
 from studies.pages import fill, number
-from studies.program import DATA, EUROC, LOST, ROOT, Argument, Json, assignments, chasles, one_of, parser, read_json, sets
+from studies.program import (DATA, EUROC, LOST, ROOT, Argument, Json, assignments, chasles, one_of, parser, read_json,
+                             sets)
 
 OUT = ROOT / "out/cameras"
 PAGE = ROOT / "studies/cameras.md"
+MARKERS = {PAGE: ("rolling", "calibration", "real")}
 SEEDS = range(1, 11)
 WORKERS = int(os.environ.get("WORKERS", "2"))
 LENS: Json = {"image_width": 752, "image_height": 480, "focal_length": 458, "center_u": 375.5, "center_v": 239.5}
@@ -44,7 +46,8 @@ def run(place: pathlib.Path, name: str, *arguments: Argument, recording: Argumen
     """summary.json of a run, of the recording at `place` or another; none where it was lost."""
     folder = place.with_name(f"{place.name}-{name}")
     shutil.rmtree(folder, ignore_errors=True)
-    done = chasles("run", recording or place, "--quiet", "--threads", 1, "-o", folder, *arguments, accepted=(0, LOST), silent=True)
+    done = chasles("run", recording or place, "--quiet", "--threads", 1, "-o", folder, *arguments, accepted=(0, LOST),
+                   silent=True)
     summary: Json | None = read_json(folder / "summary.json") if done.returncode == 0 else None
     shutil.rmtree(folder, ignore_errors=True)
     return summary
@@ -140,7 +143,8 @@ class Wrong:
         self.true |= {f"imu_T_cam0_{axis}": x for axis, x in zip("xyz", imu_T_cam[:3, 3])}
         listed = "".join(f"      - [{', '.join(map(repr, row.tolist()))}]\n" for row in numpy.linalg.inv(stated))
         text = text[:begin] + "    cam_T_imu:\n" + listed + text[text.index("    readout_time"):]
-        text = self.change(text, "intrinsics", ("fx", "fy", "cx", "cy"), lambda x: (FOCAL * x[0], FOCAL * x[1], CENTRE, CENTRE))
+        text = self.change(text, "intrinsics", ("fx", "fy", "cx", "cy"),
+                           lambda x: (FOCAL * x[0], FOCAL * x[1], CENTRE, CENTRE))
         text = self.change(text, "distortion_coeffs", ("k1", "k2", "p1", "p2"),
                            lambda _: (DISTORTION, DISTORTION, TANGENTIAL * DISTORTION, TANGENTIAL * DISTORTION))
         text = self.change(text, "readout_time", ("readout_time",), lambda _: (READOUT,))
@@ -200,8 +204,11 @@ def calibration() -> str:
     for _, of_names in done:
         for name, error in of_names.items():
             errors.setdefault(group_of(name), []).append(error)
-    squares = [[group, number(statistics.mean(e * e for e in of_group), 2),
-                number(100 * sum(abs(e) < 3 for e in of_group) / len(of_group), 1)] for group, of_group in errors.items()]
+    squares = [[
+        group,
+        number(statistics.mean(e * e for e in of_group), 2),
+        number(100 * sum(abs(e) < 3 for e in of_group) / len(of_group), 1)
+    ] for group, of_group in errors.items()]
     return "\n\n".join([pages.table(["calibration", "ATE m", "NEES pose / 6", "lost"], rows),
                         pages.table(["estimated", "NEES / 1", "within 3 sigma, %"], squares)])
 
@@ -221,8 +228,11 @@ def real() -> str:
         cells = [name]
         for value in ("false", "considered", "true"):
             summary = run(OUT / "real", value, *options, *sets(f"calibrate_intrinsics={value}"), recording=path)
-            cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)] if summary else ["-", "-"]
-            if summary and value == "true":
+            if not summary:
+                cells += ["-", "-"]
+                continue
+            cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)]
+            if value == "true":
                 table = {p["name"]: p for p in summary["calibration"]["parameters"]}
                 found += [[name, key, number(p["estimate"] - p["stated"], 4), number(p["sigma"], 4)]
                           for key, p in table.items() if key in ("cam0_fx", "cam0_cx", "cam0_k1", "cam0_k2")]

@@ -212,7 +212,7 @@ def loop(results: Json) -> str:
     return wrap(LOOP.format(loop=results["loop"]))
 
 
-LIMITS = """- **Rolling shutters, dense maps, GNSS, lidar**, or body velocities and an IMU in one run.
+LIMITS = """- **Dense maps, GNSS, lidar**, or body velocities and an IMU in one run.
 - **Constant memory with the filter:** {memory[Chasles]:.0f} MB after {memory[seconds]:.0f} s of a rendered walk,
   {memory[window:20]:.0f} MB with `window:20`, about {memory[peers]:.0f} MB with OpenVINS and sqrtVINS.
 - **The least error everywhere.** On another {other[seconds]:.0f} s of {other[name]}, one camera, the filter of

@@ -1,3 +1,7 @@
+#include <cmath>
+#include <string>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #include <chasles/run_folder/run.hpp>
@@ -11,7 +15,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kRolling =
-    "simulate walk --set walk_duration=12 --set readout_time=0.02 --set distortion=radtan --set "
+    "simulate walk --set walk_duration=20 --set readout_time=0.02 --set distortion=radtan --set "
     "distortion_1=-0.2 --set distortion_2=0.04 -o rec --quiet";
 
 TEST(RunWithACalibrationInItsState, HasATableOfAllParameters) {
@@ -42,7 +46,7 @@ TEST(RunWithACalibrationInItsState, HasATableOfAllParameters) {
   EXPECT_EQ(names,
             (std::vector<std::string>{"cam0_fx", "cam0_fy", "cam0_cx", "cam0_cy", "cam0_k1",
                                       "cam0_k2", "cam0_p1", "cam0_p2", "cam0_readout_time"}));
-  const Run written = read_run(folder / "out");
+  const auto written = read_run(folder / "out");
   const std::vector<std::string> columns(written.extra_names.end() - 9, written.extra_names.end());
   EXPECT_EQ(columns, names);
   EXPECT_EQ(written.states.back().extra.back(), 0.02);

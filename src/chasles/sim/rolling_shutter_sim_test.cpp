@@ -83,7 +83,7 @@ TEST_P(RollingShutterOf, RendersEachLineAtItsTime) {
     }
   }
   EXPECT_LT(apart / pixels, 0.6) << "shades";
-  EXPECT_GT(apart_at_once / pixels, 4) << "shades";
+  EXPECT_GT(apart_at_once / pixels, 3) << "shades";
 }
 
 TEST(RollingShutterSetting, IsNotLongerThanTheTimeBetweenFrames) {
