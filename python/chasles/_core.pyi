@@ -8,10 +8,14 @@
         imu_noise_scale: Union[float, Literal['auto'], None] = ...,
         vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
-        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: Literal['false', 'true', 'considered'] = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
         calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
         time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        calibrate_intrinsics: Literal['false', 'true', 'considered'] = ..., initial_focal_sigma: float = ...,
+        initial_principal_point_sigma: float = ..., initial_distortion_sigma: float = ...,
+        readout_time: Union[float, Literal['auto'], None] = ...,
+        calibrate_readout: Literal['false', 'true', 'considered'] = ..., initial_readout_sigma: float = ...,
         depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
         inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
         clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,
@@ -52,8 +56,9 @@ class DivergedError(Error): ...
 class Camera:
     """A camera of a rig: z forward, x right, y down."""
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = ...,
-                 coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None:
-        """Intrinsics in pixels; distortion with coefficients: none, radtan (k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]), equidistant (k1 k2 k3 k4), ds (xi alpha), eucm (alpha beta), omni (xi [k1 k2 p1 p2]), fov (w), division (lambda), fisheye624 (k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3). cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
+                 coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ..., readout_time: float = ...,
+                 readout_direction: str = ...) -> None:
+        """Intrinsics in pixels; distortion with coefficients: none, radtan (k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]]), equidistant (k1 k2 k3 k4), ds (xi alpha), eucm (alpha beta), omni (xi [k1 k2 p1 p2]), fov (w), division (lambda), fisheye624 (k0 k1 k2 k3 k4 k5 p0 p1 s0 s1 s2 s3). cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]. readout_time: of a rolling shutter [s], whose image has the time of its first line; readout_direction: down, up, right or left."""
     @property
     def width(self) -> int:
         """[px]"""
@@ -81,6 +86,12 @@ class Camera:
     @property
     def cam_T_imu(self) -> Floats:
         """(4, 4): maps IMU coordinates to the camera's [m]."""
+    @property
+    def readout_time(self) -> float:
+        """Of a rolling shutter [s]; 0: a global one."""
+    @property
+    def readout_direction(self) -> str:
+        """down, up, right or left."""
 
 class ImuNoise:
     """Noise densities of an IMU, as Allan variances give them."""
@@ -247,10 +258,14 @@ class Slam:
         imu_noise_scale: Union[float, Literal['auto'], None] = ...,
         vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
-        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: Literal['false', 'true', 'considered'] = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
         calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
         time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        calibrate_intrinsics: Literal['false', 'true', 'considered'] = ..., initial_focal_sigma: float = ...,
+        initial_principal_point_sigma: float = ..., initial_distortion_sigma: float = ...,
+        readout_time: Union[float, Literal['auto'], None] = ...,
+        calibrate_readout: Literal['false', 'true', 'considered'] = ..., initial_readout_sigma: float = ...,
         depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
         inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
         clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,
@@ -300,10 +315,14 @@ class RealtimeSlam:
         imu_noise_scale: Union[float, Literal['auto'], None] = ...,
         vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
-        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: Literal['false', 'true', 'considered'] = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
         calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
         time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        calibrate_intrinsics: Literal['false', 'true', 'considered'] = ..., initial_focal_sigma: float = ...,
+        initial_principal_point_sigma: float = ..., initial_distortion_sigma: float = ...,
+        readout_time: Union[float, Literal['auto'], None] = ...,
+        calibrate_readout: Literal['false', 'true', 'considered'] = ..., initial_readout_sigma: float = ...,
         depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
         inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
         clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,

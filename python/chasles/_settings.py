@@ -245,8 +245,9 @@ class FilterSettings(TypedDict, total=False):
     """initial sigma of that bias [m/s^2]; default 0.02"""
     initial_gyroscope_bias_sigma: float
     """initial sigma of that bias [rad/s]; default 0.005236"""
-    calibrate_extrinsics: bool
-    """estimate the extrinsics of each camera, starting from the recording's calibration; default false"""
+    calibrate_extrinsics: Literal['false', 'true', 'considered']
+    """estimate the extrinsics of each camera, starting from the recording's calibration; considered: only count their
+    uncertainty; default false"""
     initial_extrinsic_rotation_sigma: float
     """initial sigma of the rotation about each axis [rad]; default 0.02"""
     initial_extrinsic_translation_sigma: float
@@ -258,6 +259,21 @@ class FilterSettings(TypedDict, total=False):
     recording show, where that is beyond 10 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
+    calibrate_intrinsics: Literal['false', 'true', 'considered']
+    """the same for focal lengths, principal point and lens of each camera; default false"""
+    initial_focal_sigma: float
+    """initial sigma of a focal length, over itself; default 0.004"""
+    initial_principal_point_sigma: float
+    """initial sigma of each coordinate of the principal point [px]; default 3"""
+    initial_distortion_sigma: float
+    """initial sigma of each coefficient of the lens model; of tangential and prism terms a tenth; default 0.01"""
+    readout_time: Union[float, Literal['auto'], None]
+    """of a rolling shutter, all lines (docs/inertial.md); 0: a global one; below 0: upwards; auto: as the recording
+    states it, or else as its images show it [s]; default auto"""
+    calibrate_readout: Literal['false', 'true', 'considered']
+    """calibrate_intrinsics for the readout time of each rolling shutter; default false"""
+    initial_readout_sigma: float
+    """initial sigma of a readout time [s]; default 0.001"""
     depth_rule: str
     """depth of an undelayed landmark initialisation: constant, as the next settings have it, or a rule that the program
     has registered (docs/python.md); default constant"""
@@ -542,6 +558,11 @@ class SceneSettings(TypedDict, total=False):
     """eleventh coefficient of the lens model, in its order; default 0"""
     distortion_12: float
     """twelfth coefficient of the lens model, in its order; default 0"""
+    readout_time: float
+    """of a rolling shutter, all lines; the time of an image is that of its first line; 0: a global shutter [s]; default
+    0"""
+    readout_direction: Literal['down', 'up', 'right', 'left']
+    """in which the lines are read: down, up, right or left; default down"""
     landmarks_in_view: int
     """tracks that are kept up at a time; default 35"""
     shortest_track: int

@@ -31,8 +31,18 @@ std::string run_with_offset(const CameraFit& fit) {
   return fmt::format("--set time_offset={:.4f} starts from it", fit.offset().value);
 }
 
+// Of a rolling shutter of which nothing is stated, stamps may be those of the middle row or of the
+// first line.
+Measured likely_offset(const CameraFit& fit) {
+  Measured offset = fit.offset();
+  if (fit.shutter.is_rolling() || !fit.lens || !fit.lens->is_rolling()) return offset;
+  const double of_first = offset.value - std::abs(fit.lens->readout.value) / 2;
+  if (std::abs(of_first) < std::abs(offset.value)) offset.value = of_first;
+  return offset;
+}
+
 void report_offset(const CameraFit& fit, const std::string& about, CheckReport& report) {
-  const Measured offset = fit.offset();
+  const Measured offset = likely_offset(fit);
   report.facts.push_back({about, "offset to the gyroscope", 1e3 * offset.value, "ms"});
   const double limit = std::max(kOffset, kSigmas * offset.sigma);
   const double size = std::abs(offset.value);

@@ -49,24 +49,24 @@ class MeasuredOffset : public RunOfImages {
 
 // The recording says nothing of its shutter.
 TEST_F(MeasuredOffset, ARunTakesTheReadoutThatItsImagesShow) {
-  InertialScene scene = walk_scene();
-  scene.settings.readout_time = 0.06;
-  scene.settings.sections = 2;
+  InertialScene scene = inertial_scene("walk");
+  scene.settings.walk_duration = 20;
+  scene.settings.readout_time = 0.03;
   Recording recording = render_inertial(scene);
   recording.cameras.front().shutter = {};
   InertialRunSettings settings;
   const std::string remark = start(settings, recording);
   ASSERT_TRUE(settings.filter.readout_time) << remark;
-  EXPECT_NEAR(*settings.filter.readout_time, 0.06, 0.004);
-  EXPECT_NEAR(settings.filter.initial_time_offset(), 0, 0.004) << "of the first line";
+  EXPECT_NEAR(*settings.filter.readout_time, 0.03, 0.002);
+  EXPECT_NEAR(settings.filter.initial_time_offset(), 0, 0.002) << "of the first line";
   EXPECT_NE(remark.find("the shutter rolls: its readout takes "), std::string::npos) << remark;
 
   InertialRunSettings global;
   global.filter.readout_time = 0;
   EXPECT_EQ(start(global, recording).find("the shutter rolls"), std::string::npos);
-  EXPECT_NEAR(global.filter.initial_time_offset(), 0.03, 0.004) << "of the middle line";
+  EXPECT_NEAR(global.filter.initial_time_offset(), 0.015, 0.002) << "of the middle line";
 
-  recording.cameras.front().shutter.readout = 0.06;
+  recording.cameras.front().shutter.readout = 0.03;
   InertialRunSettings stated;
   EXPECT_EQ(start(stated, recording), "");
   EXPECT_FALSE(stated.filter.readout_time);
