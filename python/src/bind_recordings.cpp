@@ -34,6 +34,9 @@ class SharedImages : public ImageSource {
 
   std::size_t size() const override { return images_->size(); }
   Time time(std::size_t i) const override { return images_->time(i); }
+  bool has_image(std::size_t i, std::size_t camera) const override {
+    return images_->has_image(i, camera);
+  }
   ImageFrame read(std::size_t i) const override {
     return locked([&] { return images_->read(i); });
   }

@@ -229,7 +229,7 @@ NOISE = {"accelerometer_noise_density": 1e-3, "gyroscope_noise_density": 1e-4, "
 
 @pytest.mark.parametrize("call, says", [
     (lambda w: chasles.read("a", stop="5"), "read: stop: found '5', expected a number, or None"),
-    (lambda w: chasles.read("a", cameras=1), "read: cameras: found 1, expected a str"),
+    (lambda w: chasles.read("a", cameras=1.5), "read: cameras: found 1.5, expected 'mono', 'stereo', '' (all) or a list"),
     (lambda w: chasles.read("a", truth_time_offset="now"), "truth_time_offset: found 'now', expected a finite number"),
     (lambda w: chasles.read("a", truth_scale=-1), "truth_scale: found -1, expected a number from"),
     (lambda w: chasles.simulate("hallway", run="1"), "simulate: run: found '1', expected an int"),

@@ -50,8 +50,9 @@ inline FeatureFrame without_images(FeatureFrame frame) {
 
 /// A set of cameras, one bit each. Cameras from 31 on share the last bit.
 using CameraSet = std::uint32_t;
+inline constexpr int kCameraBits = 32;
 inline CameraSet camera_bit(int camera) {
-  return CameraSet{1} << static_cast<unsigned>(std::clamp(camera, 0, 31));
+  return CameraSet{1} << static_cast<unsigned>(std::clamp(camera, 0, kCameraBits - 1));
 }
 
 /// The cameras that observe anything in this frame. One that does not may have had no image: that

@@ -143,9 +143,10 @@ void report_readout(const LensFit& lens, const Shutter& shutter, const std::stri
        .value = 1e3 * std::abs(lens.readout.value),
        .threshold = 1e3 * LensFit::kLeastReadout,
        .unit = "ms",
-       .advice = fmt::format("state readout_time: {:.4f} of the camera (docs/formats.md); a run of "
-                             "images measures it too, and takes each row at its own time",
-                             std::abs(lens.readout.value))});
+       .advice = fmt::format("state readout_time: {:.4f}{} of the camera (docs/formats.md); a run "
+                             "of images measures it too, and takes each row at its own time",
+                             std::abs(lens.readout.value),
+                             lens.readout.value > 0 ? "" : " and readout_direction: up")});
 }
 
 void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckReport& report) {

@@ -48,6 +48,15 @@ std::vector<Ray> rays_of(const FeatureFrame& frame, const Camera& camera, int in
   return rays;
 }
 
+// Cameras may take turns.
+std::vector<const FeatureFrame*> frames_of(const std::vector<FeatureFrame>& all, int camera) {
+  std::vector<const FeatureFrame*> frames;
+  for (const FeatureFrame& frame : all) {
+    if ((observing(frame) & camera_bit(camera)) != 0) frames.push_back(&frame);
+  }
+  return frames;
+}
+
 std::vector<TwoRays> common(const std::vector<Ray>& first, const std::vector<Ray>& second) {
   std::vector<TwoRays> pairs;
   auto b = second.begin();
@@ -72,19 +81,20 @@ bool spread(const std::vector<TwoRays>& pairs) {
 
 }  // namespace
 
-std::vector<SeenTwice> seen_twice(const std::vector<FeatureFrame>& frames,
+std::vector<SeenTwice> seen_twice(const std::vector<FeatureFrame>& all,
                                   const std::vector<Camera>& cameras, int camera) {
+  const auto frames = frames_of(all, camera);
   const Camera& lens = cameras[static_cast<std::size_t>(camera)];
   const std::size_t step = 1 + frames.size() / kMostFrames;
   std::vector<SeenTwice> seen;
   for (std::size_t k = 0, next = 0; k < frames.size(); k += step) {
-    while (next < frames.size() && to_seconds(frames[next].time - frames[k].time) < kInterval) {
+    while (next < frames.size() && to_seconds(frames[next]->time - frames[k]->time) < kInterval) {
       ++next;
     }
     if (next == frames.size()) break;
-    auto pairs = common(rays_of(frames[k], lens, camera), rays_of(frames[next], lens, camera));
+    auto pairs = common(rays_of(*frames[k], lens, camera), rays_of(*frames[next], lens, camera));
     if (pairs.size() < kFewestTracks || !spread(pairs)) continue;
-    seen.push_back({frames[k].time, frames[next].time, std::move(pairs)});
+    seen.push_back({frames[k]->time, frames[next]->time, std::move(pairs)});
   }
   return seen;
 }

@@ -1,5 +1,8 @@
 #include <array>
 #include <numeric>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include <Eigen/LU>
 
@@ -36,10 +39,12 @@ PriorMap random_map(test::Random& random) {
   return prior;
 }
 
-Ekf filter_with_past(const ErrorChart& chart, test::Random& random, bool nav) {
-  return test::inertial_filter(
-      chart, random, nav, false,
-      {.map = Ekf::Map::kPast, .past = {.recalls = true, .records = true}});
+Ekf filter_with_past(const ErrorChart& chart, test::Random& random, bool nav,
+                     const std::vector<int>& considered = {}) {
+  return test::inertial_filter(chart, random, nav, false,
+                               {.map = Ekf::Map::kPast,
+                                .past = {.recalls = true, .records = true},
+                                .considered = considered});
 }
 
 // From the errors of the state to the same with the own error of each landmark of the map, in nav
@@ -83,13 +88,19 @@ std::vector<int> rows_of_the_map(const State& x) {
   return rows;
 }
 
-class ConsiderTest : public ::testing::TestWithParam<bool> {};
-INSTANTIATE_TEST_SUITE_P(Axes, ConsiderTest, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "nav" : "world"; });
+class ConsiderTest : public ::testing::TestWithParam<std::tuple<bool, bool>> {};
+INSTANTIATE_TEST_SUITE_P(Axes, ConsiderTest,
+                         ::testing::Combine(::testing::Bool(), ::testing::Bool()),
+                         [](const auto& info) {
+                           return std::string(std::get<0>(info.param) ? "nav" : "world") +
+                                  (std::get<1>(info.param) ? "WithRowsOfTheCore" : "");
+                         });
 
 TEST_P(ConsiderTest, IsTheSchmidtKalmanFilter) {
   test::Random random(3);
-  Ekf ekf = filter_with_past(kStandardChart, random, GetParam());
+  const auto [nav, rows_too] = GetParam();
+  const std::vector<int> considered = rows_too ? std::vector{9, 11, 14} : std::vector<int>{};
+  Ekf ekf = filter_with_past(kStandardChart, random, nav, considered);
   const PriorMap prior = random_map(random);
   const int frame = ekf.consider(prior);
   ekf.revive(std::array{frame + 1, frame + 3, frame + 4, frame + 6});
@@ -120,6 +131,7 @@ TEST_P(ConsiderTest, IsTheSchmidtKalmanFilter) {
     H = H * T.inverse();
     MatrixXd K = P * H.transpose() * (H * P * H.transpose() + R).inverse();
     K(rows_of_the_map(x), Eigen::all).setZero();
+    K(considered, Eigen::all).setZero();
     const MatrixXd I = MatrixXd::Identity(x.size(), x.size());
     const MatrixXd expected = (I - K * H) * P * (I - K * H).transpose() + K * R * K.transpose();
     const VectorXd frame_before = x.considered->mean;
@@ -129,7 +141,7 @@ TEST_P(ConsiderTest, IsTheSchmidtKalmanFilter) {
     EXPECT_TRUE(test::agree(x.considered->mean - frame_before,
                             (K * r).segment(x.considered->row, kShared), 1e-9, 1e-15));
     test::walk_on(ekf, random);
-    if (GetParam()) ekf.compose();
+    if (nav) ekf.compose();
   }
 }
 

@@ -37,6 +37,12 @@ void Ekf::leave_unused(const Whitened& z, Eigen::Ref<VectorXd> delta) {
       P(unused.rows[i], unused.rows[j]) += more(static_cast<Index>(i), static_cast<Index>(j));
     }
   }
+  for (std::size_t i = 0; i < unused.rows.size(); ++i) {
+    for (const int other : considered_) {
+      const auto [column, row] = std::minmax(unused.rows[i], other);
+      P(row, column) += unused.D.row(static_cast<Index>(i)).dot(z.W.row(other));
+    }
+  }
   delta(unused.rows) -= unused.D * z.w;
 }
 

@@ -60,7 +60,7 @@ struct NewLandmark {
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
   std::vector<OfClone> clones = {};
   int observations = 1;
-  int matches = 0;                 ///< of the observations, those of the cameras after the first
+  int matches = 0;                 ///< of the observations, those that were matched
   std::optional<int> anchor = {};  ///< as in Landmark
   SE3 cam_T_imu = {}, imu_T_line = {};
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();

@@ -92,6 +92,11 @@ TEST(StandstillConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
   }
   StandstillScratch scratch;
   EXPECT_TRUE(all_met(static_conditions(samples, frames, 1, kNoise, 1, s, scratch)));
+  auto turns = frames;  // each camera sees half of the frames
+  for (std::size_t k = 1; k < turns.size(); k += 2) {
+    for (auto& o : turns[k].pixels) o.camera = 1;
+  }
+  EXPECT_TRUE(all_met(static_conditions(samples, turns, 2, kNoise, 1, s, scratch)));
   auto drifting = frames;
   for (std::size_t k = 0; k < drifting.size(); ++k) {
     for (auto& o : drifting[k].pixels) o.pixel.x() += 0.25 * static_cast<double>(k);

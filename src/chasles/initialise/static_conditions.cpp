@@ -15,6 +15,7 @@ constexpr double kFullWindow = 0.95;
 void collect_observations(std::span<const FeatureFrame> frames, std::size_t cameras,
                           StandstillScratch& s) {
   s.observations.clear();
+  s.frames.assign(cameras, 0);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t half = 2 * i < frames.size() ? 0 : 1;
     for (const PixelObservation& o : frames[i].pixels) {
@@ -26,6 +27,10 @@ void collect_observations(std::span<const FeatureFrame> frames, std::size_t came
                                 .order = s.observations.size(),
                                 .half = half,
                                 .pixel = o.pixel});
+    }
+    const CameraSet looking = observing(frames[i]);
+    for (std::size_t c = 0; c < cameras; ++c) {
+      s.frames[c] += (looking & camera_bit(static_cast<int>(c))) != 0 ? 1 : 0;
     }
   }
   std::ranges::sort(s.observations, [](const StandstillScratch::Observation& a,
@@ -51,7 +56,8 @@ double find_displacements(std::span<const FeatureFrame> frames, std::size_t came
       sum[each->half] += each->pixel;
       ++count[each->half];
     }
-    if (2 * static_cast<std::size_t>(count[0] + count[1]) < frames.size()) continue;
+    const int of_camera = s.frames[static_cast<std::size_t>(first.camera)];
+    if (2 * (count[0] + count[1]) < of_camera) continue;
     if (count[0] == 0 || count[1] == 0) continue;
     s.pixels.push_back((sum[1] / count[1] - sum[0] / count[0]).norm());
     variance += 1.0 / count[0] + 1.0 / count[1];

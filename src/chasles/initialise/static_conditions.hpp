@@ -25,6 +25,7 @@ struct StandstillScratch {
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   };
   std::vector<Observation> observations;
+  std::vector<int> frames;     ///< of each camera, in which it observes anything
   std::vector<double> pixels;  ///< displacement of each track between the halves
   std::vector<Requirement> requirements;
 };

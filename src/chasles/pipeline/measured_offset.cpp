@@ -75,7 +75,8 @@ TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& came
   const bool open = !given && std::ranges::none_of(cameras, [](const Camera& camera) {
     return camera.shutter.is_rolling();
   });
-  if (open && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
+  const bool sound = evidence.clock && !fit.mistake;
+  if (open && sound && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
   // The offset is that of the first line by the shutter as it is stated.
   const double readout =
       evidence.readout ? evidence.readout->value : given.value_or(fit.shutter.readout);
@@ -91,7 +92,16 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   const auto fit =
       fit_camera(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
                  recording.cameras, 0, gyroscope_rates(recording.imu));
-  return fit ? evidence_of(*fit, recording.cameras, settings) : TracksEvidence{};
+  if (!fit) return {};
+  TracksEvidence evidence = evidence_of(*fit, recording.cameras, settings);
+  if (evidence.readout) {
+    // A sensor reads out an image before it begins the next one: beyond, it is the measurement's
+    // error.
+    const double longest =
+        std::min(frame_interval(recording, 0).value_or(kLongestReadout), kLongestReadout);
+    evidence.readout->value = std::clamp(evidence.readout->value, -longest, longest);
+  }
+  return evidence;
 }
 
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence) {

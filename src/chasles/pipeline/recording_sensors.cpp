@@ -37,26 +37,12 @@ ImuNoise noise_of(const Recording& recording) {
                   recording.name));
 }
 
-// The median time between two frames [s]; none of fewer than two.
-std::optional<double> frame_interval(const Recording& recording) {
-  std::vector<double> intervals;
-  for (std::size_t i = 1; i < frame_count(recording); ++i) {
-    intervals.push_back(to_seconds(frame_time(recording, i) - frame_time(recording, i - 1)));
-  }
-  if (intervals.empty()) return std::nullopt;
-  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
-  std::ranges::nth_element(intervals, middle);
-  return *middle;
-}
-
-// A sensor reads out an image before it begins the next one. With cameras of several rates the
-// frames of all are nearer.
+// A sensor reads out an image before it begins the next one.
 void check_readout(const Recording& recording) {
-  const auto interval = frame_interval(recording);
-  if (!interval || recording.cameras.size() > 2) return;
   for (std::size_t i = 0; i < recording.cameras.size(); ++i) {
     const double readout = recording.cameras[i].shutter.readout;
-    if (readout <= *interval * kLongestPartOfInterval) continue;
+    const auto interval = frame_interval(recording, i);
+    if (!interval || readout <= *interval * kLongestPartOfInterval) continue;
     throw InputError(fmt::format(
         "{}: cam{} has a readout_time of {:.1f} ms, longer than the {:.1f} ms between its images; "
         "expected the time from the first line to the last, in seconds, of this mode of the camera",

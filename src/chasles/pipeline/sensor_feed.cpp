@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -88,7 +89,7 @@ ImageFrame SensorFeed::read(const ImagesDue& due) {
 }
 
 bool SensorFeed::shows_tracks(const ImageFrame& frame) const {
-  for (std::size_t c = 0; c < frame.images.size(); ++c) {
+  for (std::size_t c = 0; c < std::min(frame.images.size(), finders_.size()); ++c) {
     if (finders_[c] && !frame.images[c].empty()) return true;
   }
   return false;

@@ -2,6 +2,9 @@
 #include <cstdint>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include <chasles/base/error.hpp>
 #include <chasles/recording/backwards.hpp>
 
 namespace chasles {
@@ -14,6 +17,9 @@ class Reversed : public ImageSource {
 
   std::size_t size() const override { return images_->size(); }
   Time time(std::size_t i) const override { return sum_ - images_->time(size() - 1 - i); }
+  bool has_image(std::size_t i, std::size_t camera) const override {
+    return images_->has_image(size() - 1 - i, camera);
+  }
   ImageFrame read(std::size_t i) const override { return read_cameras(i, SIZE_MAX); }
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
     ImageFrame frame = images_->read_cameras(size() - 1 - i, cameras);
@@ -76,9 +82,21 @@ void turn_imu(Recording& r, Time sum) {
   for (ImuSample& sample : r.imu) sample.angular_rate_imu = -sample.angular_rate_imu;
 }
 
+// In reverse its last line is the first, a readout after the image's time.
+void reject_rolling(const Recording& r) {
+  for (std::size_t i = 0; i < r.cameras.size(); ++i) {
+    if (!r.cameras[i].shutter.is_rolling()) continue;
+    throw UsageError(fmt::format(
+        "backwards: cam{} of {} has a rolling shutter, with a readout_time of {:.1f} ms; expected "
+        "global shutters, whose images are of one instant in either direction",
+        i, r.name, 1e3 * r.cameras[i].shutter.readout));
+  }
+}
+
 }  // namespace
 
 Recording backwards(Recording r) {
+  reject_rolling(r);
   const Time sum = first_plus_last(r);
   turn_imu(r, sum);
   turn(r.frames, sum);

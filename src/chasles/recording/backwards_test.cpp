@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <chasles/base/error.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/imu/strapdown.hpp>
 #include <chasles/recording/backwards.hpp>
@@ -66,6 +67,21 @@ TEST(Backwards, TwiceIsTheSame) {
     EXPECT_EQ(twice.imu[k].angular_rate_imu, r.imu[k].angular_rate_imu);
   }
   EXPECT_EQ(twice.frames.front().time, r.frames.front().time);
+}
+
+// The last line of the image would be the first.
+TEST(Backwards, RejectsARollingShutter) {
+  Recording r = some_recording(ImuConvention::kInstant);
+  r.name = "phone";
+  r.cameras.emplace_back().shutter.readout = 0.02;
+  try {
+    backwards(r);
+    ADD_FAILURE();
+  } catch (const UsageError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("cam0 of phone has a rolling shutter"), std::string::npos) << text;
+    EXPECT_NE(text.find("expected global shutters"), std::string::npos) << text;
+  }
 }
 
 TEST(Backwards, MayBeEmptyOrHaveOneSample) {

@@ -12,6 +12,25 @@ Time frame_time(const Recording& r, std::size_t i) {
   return i < r.frames.size() ? r.frames[i].time : r.images->time(i - r.frames.size());
 }
 
+std::optional<double> frame_interval(const Recording& r, std::size_t camera) {
+  std::vector<double> intervals;
+  std::optional<Time> last;
+  const auto take = [&](Time time) {
+    if (last) intervals.push_back(to_seconds(time - *last));
+    last = time;
+  };
+  for (const FeatureFrame& frame : r.frames) {
+    if ((observing(frame) & camera_bit(static_cast<int>(camera))) != 0) take(frame.time);
+  }
+  for (std::size_t i = 0; r.images && i < r.images->size(); ++i) {
+    if (r.images->has_image(i, camera)) take(r.images->time(i));
+  }
+  if (intervals.empty()) return std::nullopt;
+  const auto middle = intervals.begin() + std::ssize(intervals) / 2;
+  std::ranges::nth_element(intervals, middle);
+  return *middle;
+}
+
 Time first_event(const Recording& r) {
   Time first = Time::max();
   if (!r.frames.empty()) first = std::min(first, r.frames.front().time);

@@ -76,6 +76,10 @@ std::size_t frame_count(const Recording& recording);
 /// The time of the i-th of them; those of tracks come first.
 Time frame_time(const Recording& recording, std::size_t i);
 
+/// The median time between two frames that show this camera's image or tracks [s]; none of fewer
+/// than two.
+std::optional<double> frame_interval(const Recording& recording, std::size_t camera);
+
 /// The earliest time of a frame, an image, a velocity or an IMU sample.
 Time first_event(const Recording& recording);
 

@@ -42,6 +42,9 @@ Recording sensors_of(const RobotSetup& setup) {
   sensors.single_pixel_sigma = c.single_pixel_sigma;
   sensors.exact_calibration = c.exact_calibration;
   sensors.remarks = c.remarks;
+  if (const auto& readout = setup.settings.filter.readout_time) {
+    set_readout(*readout, sensors.cameras);
+  }
   sensors.images = std::make_shared<const ImagesOfDrivers>();
   return sensors;
 }

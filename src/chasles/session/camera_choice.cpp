@@ -59,8 +59,10 @@ void choose_tracks_of(const std::vector<std::size_t>& places, FeatureFrame& fram
     o.camera = static_cast<int>(place - places.begin());
     return false;
   });
-  std::ranges::stable_sort(frame.pixels, {}, &PixelObservation::camera);
-  // The finder of a track may be left out.
+}
+
+// The camera that finds a track may be left out.
+void forget_missing_finders(FeatureFrame& frame) {
   std::set<LandmarkId> found;
   for (const PixelObservation& o : frame.pixels) {
     if (o.match && !*o.match) found.insert(o.landmark);
@@ -98,13 +100,10 @@ void choose_cameras(Recording& r, const std::vector<std::size_t>& choice) {
   r.cameras = std::move(cameras);
   if (changes || !r.camera_numbers.empty()) r.camera_numbers = choice;
   for (FeatureFrame& frame : r.frames) {
-    if (changes) {
-      choose_tracks_of(places, frame);
-    } else {
-      std::erase_if(frame.pixels, [&](const PixelObservation& o) {
-        return o.camera >= static_cast<int>(places.size());
-      });
-    }
+    const std::size_t before = frame.pixels.size();
+    choose_tracks_of(places, frame);
+    if (changes) std::ranges::stable_sort(frame.pixels, {}, &PixelObservation::camera);
+    if (frame.pixels.size() < before) forget_missing_finders(frame);
   }
   if (!r.images) return;
   r.images = changes ? chosen_cameras(r.images, places)

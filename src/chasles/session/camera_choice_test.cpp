@@ -79,6 +79,20 @@ TEST(CameraChoice, KeepsTheseCamerasInThisOrder) {
   EXPECT_EQ(r.frames[0].pixels[0].pixel.x(), 3);
 }
 
+// Also where the cameras that remain are the first.
+TEST(CameraChoice, MatchesOfAFinderThatIsLeftOutAreTracksOfTheirOwn) {
+  for (const auto& choice : {Numbers{0}, Numbers{0, 3}, Numbers{0, 1}}) {
+    Recording r = four_cameras();
+    r.frames[0].pixels = {{1, 0, {0, 0}}, {1, 1, {1, 0}}, {1, 3, {3, 0}}};
+    r.frames[0].pixels[0].match = true;
+    r.frames[0].pixels[1].match = false;
+    r.frames[0].pixels[2].match = true;
+    choose_cameras(r, choice);
+    const bool has_finder = choice.back() == 1;
+    EXPECT_EQ(r.frames[0].pixels[0].match.has_value(), has_finder) << choice.back();
+  }
+}
+
 TEST(CameraChoice, LeavesOutFramesWithoutTheirImages) {
   Recording r = four_cameras();
   choose_cameras(r, {2});

@@ -15,13 +15,19 @@ void CloneWindow::augment(SlamContext& x, const FeatureFrame& frame, bool stands
 // Counts frames during a standstill too. A frame may be a little early for the interval.
 bool CloneWindow::is_due(const InertialSlamSettings& settings, const FeatureFrame& frame) {
   constexpr double kEarly = 0.95;
-  if (observing(frame) == 0) return false;
-  const bool due = !last_ || ++since_ >= settings.frames_per_clone ||
-                   to_seconds(frame.time - *last_) >= kEarly * settings.clone_interval;
-  if (!due) return false;
-  since_ = 0;
-  last_ = frame.time;
-  return true;
+  const CameraSet cameras = observing(frame);
+  const auto each = [&](const auto& visit) {
+    for (std::size_t c = 0; c < due_.size(); ++c) {
+      if ((cameras & camera_bit(static_cast<int>(c))) != 0) visit(due_[c]);
+    }
+  };
+  bool due = false;
+  each([&](Due& of) {
+    due |= !of.last || ++of.since >= settings.frames_per_clone ||
+           to_seconds(frame.time - *of.last) >= kEarly * settings.clone_interval;
+  });
+  if (due) each([&](Due& of) { of = {.last = frame.time}; });
+  return due;
 }
 
 void CloneWindow::remove_unused(SlamContext& x, const Reused<WaitingTrack>& tracks,

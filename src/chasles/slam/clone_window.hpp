@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -32,9 +33,13 @@ class CloneWindow {
  private:
   bool is_due(const InertialSlamSettings& settings, const FeatureFrame& frame);
 
-  int since_ = 0;             ///< frames with observations since a clone was due
-  std::optional<Time> last_;  ///< when it was due
-  std::vector<int> window_;   ///< clones that views of tracks may refer to
+  struct Due {
+    int since = 0;             ///< frames with observations since a clone was due
+    std::optional<Time> last;  ///< when it was due
+  };
+
+  std::array<Due, kCameraBits> due_;  ///< of each camera: they may take turns
+  std::vector<int> window_;           ///< clones that views of tracks may refer to
   bool augmented_ = false;
   std::vector<int> used_, unused_;
 };

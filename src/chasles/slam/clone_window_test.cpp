@@ -30,6 +30,24 @@ TEST(CloneWindow, EveryNthFrameAndEachIntervalBecomesAClone) {
   EXPECT_EQ(x.state().clones.back().id, x.frame - 1);
 }
 
+// Each is counted for itself: with one count, the clones would be those of one camera alone.
+TEST(CloneWindow, CamerasThatTakeTurnsHaveTheirOwnClones) {
+  test::Random random(1);
+  SlamContext x = test::some_context(random);
+  x.settings.frames_per_clone = 2;
+  x.settings.clone_interval = 10;
+  CloneWindow clones;
+  std::vector<int> of_clones;
+  for (int k = 0; k < 12; ++k) {
+    ++x.frame;
+    const FeatureFrame frame{.time = from_seconds(10 + 0.05 * k),
+                             .pixels = {{.landmark = 1, .camera = k % 2}}};
+    clones.augment(x, frame, false);
+    if (clones.augmented()) of_clones.push_back(k % 2);
+  }
+  EXPECT_EQ(of_clones, (std::vector{0, 1, 0, 1, 0, 1}));
+}
+
 TEST(CloneWindow, UnusedClonesLeave) {
   test::Random random(2);
   SlamContext x = test::some_context(random);

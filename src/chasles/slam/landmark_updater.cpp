@@ -164,7 +164,7 @@ const std::vector<int>& LandmarkUpdater::find_leaving(SlamContext& x, CameraSet 
     LandmarkRecord& record = x.records[static_cast<std::size_t>(i)];
     if (record.seen == x.frame) {
       record.missed = 0;
-    } else if ((record.cameras & looking) != 0) {
+    } else if (is_followed(record.cameras, looking)) {
       ++record.missed;
     }
     const bool accepted = record.rejected < x.settings.max_rejections;

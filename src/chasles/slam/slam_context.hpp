@@ -19,6 +19,12 @@ inline CameraSet following(const PixelObservation& o) {
   return o.match.value_or(false) ? CameraSet{0} : camera_bit(o.camera);
 }
 
+/// Whether one of those that look would have seen the track. Any would, of one that has matches
+/// alone: the camera that follows it is not among those of the run.
+inline bool is_followed(CameraSet by, CameraSet looking) {
+  return (by == 0 ? looking : by & looking) != 0;
+}
+
 /// What the steps of a frame share: the filter, the records of its landmarks, and what the settings
 /// say of both. InertialSlam owns it and passes it to each step.
 struct SlamContext {

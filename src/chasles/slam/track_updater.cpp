@@ -77,7 +77,7 @@ int TrackUpdater::update(SlamContext& x, CameraSet looking, const CloneWindow& c
   int added = 0;
   for (WaitingTrack& track : tracks_) {
     const bool seen = track.seen == x.frame;
-    const bool lost = !seen && (track.cameras & looking) != 0;
+    const bool lost = !seen && is_followed(track.cameras, looking);
     const bool last_chance = lost || (augmented && full && has_view(track, clones.oldest()));
     const bool may_initialise = seen && augmented && has_room(x);
     if (!last_chance && !may_initialise) continue;

@@ -318,6 +318,22 @@ TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
   EXPECT_GT(smooth(scene.input, "standard", settings).report.landmarks, all);
 }
 
+// Each camera has every second frame, and its tracks do not end in those of the other.
+TEST(BatchTracks, CamerasMayTakeTurns) {
+  SmallScene scene = small_scene({.frames = 12});
+  scene.input.cameras.push_back(scene.input.cameras[0]);
+  for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
+    for (PixelObservation& o : scene.input.frames[k].pixels) {
+      o.camera = k % 2 == 0 ? 0 : 1;
+      o.landmark = 2 * o.landmark + o.camera;
+    }
+  }
+  BatchSettings settings;
+  const int all = smooth(scene.input, "standard", settings).report.landmarks;
+  settings.loops = false;
+  EXPECT_EQ(smooth(scene.input, "standard", settings).report.landmarks, all);
+}
+
 // Stars: with noise, about half of their inverse depths are negative.
 TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
   SmallScene scene = small_scene({.frames = 12, .landmarks = 30});

@@ -45,14 +45,18 @@ class Collector {
     const int now = result_.keyframes.last();
     for (const PixelObservation& o : usable(frame, input_.cameras, report_.unusable)) {
       std::vector<PointView>& views = tracks_[o.landmark];
-      if (!settings_.loops && !views.empty() && views.back().keyframe < last_observed_) {
+      const auto camera = static_cast<std::size_t>(o.camera);
+      if (!settings_.loops && !views.empty() && views.back().keyframe < last_observed_[camera]) {
         finish(o.landmark, views);
         views.clear();
       }
       views.push_back(
           {.keyframe = now, .camera = o.camera, .pixel = o.pixel, .match = o.is_match()});
     }
-    if (!frame.pixels.empty()) last_observed_ = now;
+    const CameraSet looking = observing(frame);
+    for (std::size_t c = 0; c < last_observed_.size(); ++c) {
+      if ((looking & camera_bit(static_cast<int>(c))) != 0) last_observed_[c] = now;
+    }
   }
 
   void finish(LandmarkId id, std::vector<PointView>& views) {
@@ -70,7 +74,8 @@ class Collector {
   Tracked result_;
   KeyframeChoice choice_;
   ByLandmark tracks_;
-  int last_observed_ = -1;  // keyframe of the last frame with observations
+  // Of each camera, as they may take turns: the keyframe of its last frame with observations.
+  std::vector<int> last_observed_ = std::vector<int>(input_.cameras.size(), -1);
 };
 
 }  // namespace

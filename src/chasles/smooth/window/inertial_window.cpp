@@ -66,7 +66,8 @@ struct InertialWindow::Implementation {
   std::optional<TimeGaps::Gap> gap;
   Tracks tracks;
   std::vector<LandmarkId> seen;  // of the present frame, not in the window
-  int last_frame = -1;
+  // Of each camera, as they may take turns: the keyframe of its last observations.
+  std::vector<int> last_frames = std::vector<int>(input.cameras.size(), -1);
   RecentUse recent;
 };
 
@@ -99,7 +100,10 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   const int now = sliding.window.last();
   for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) observe(o, now);
   initialise_landmarks();
-  if (!frame.pixels.empty()) last_frame = now;
+  const CameraSet looking = observing(frame);
+  for (std::size_t c = 0; c < last_frames.size(); ++c) {
+    if ((looking & camera_bit(static_cast<int>(c))) != 0) last_frames[c] = now;
+  }
   const SlidingWindow::Optimised optimised = sliding.optimise(report);
   if (!optimised.finite) {
     throw Error(ExitCode::kDiverged, "the window found no finite minimum at the frame at " +
@@ -150,7 +154,8 @@ void InertialWindow::Implementation::push_keyframe() {
 void InertialWindow::Implementation::observe(const PixelObservation& o, int now) {
   Tracks::Track& track = tracks.of(o.landmark);
   std::vector<PointView>& views = track.of.views;
-  if (!settings.loops && !views.empty() && views.back().keyframe < last_frame) {
+  const auto camera = static_cast<std::size_t>(o.camera);
+  if (!settings.loops && !views.empty() && views.back().keyframe < last_frames[camera]) {
     track = {.of = {.id = o.landmark, .views = {}}};
   }
   views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel, .match = o.is_match()});
