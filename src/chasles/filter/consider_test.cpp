@@ -99,7 +99,9 @@ INSTANTIATE_TEST_SUITE_P(Axes, ConsiderTest,
 TEST_P(ConsiderTest, IsTheSchmidtKalmanFilter) {
   test::Random random(3);
   const auto [nav, rows_too] = GetParam();
-  const std::vector<int> considered = rows_too ? std::vector{9, 11, 14} : std::vector<int>{};
+  const int biases = nav ? 15 : 9;
+  const std::vector<int> considered =
+      rows_too ? std::vector{biases, biases + 2, biases + 5} : std::vector<int>{};
   Ekf ekf = filter_with_past(kStandardChart, random, nav, considered);
   const PriorMap prior = random_map(random);
   const int frame = ekf.consider(prior);
