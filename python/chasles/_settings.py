@@ -245,7 +245,7 @@ class FilterSettings(TypedDict, total=False):
     """initial sigma of that bias [m/s^2]; default 0.02"""
     initial_gyroscope_bias_sigma: float
     """initial sigma of that bias [rad/s]; default 0.005236"""
-    calibrate_extrinsics: Literal['false', 'true', 'considered']
+    calibrate_extrinsics: Literal['auto', 'false', 'true', 'considered']
     """estimate the extrinsics of each camera, starting from the recording's calibration; considered: only count their
     uncertainty; default false"""
     initial_extrinsic_rotation_sigma: float
@@ -259,7 +259,7 @@ class FilterSettings(TypedDict, total=False):
     recording show, where that is beyond 10 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
-    calibrate_intrinsics: Literal['false', 'true', 'considered']
+    calibrate_intrinsics: Literal['auto', 'false', 'true', 'considered']
     """the same for focal lengths, principal point and lens of each camera; default false"""
     initial_focal_sigma: float
     """initial sigma of a focal length, over itself; default 0.004"""
@@ -270,8 +270,9 @@ class FilterSettings(TypedDict, total=False):
     readout_time: Union[float, Literal['auto'], None]
     """of a rolling shutter, all lines (docs/inertial.md); 0: a global one; below 0: upwards; auto: as the recording
     states it, or else as its images show it [s]; default auto"""
-    calibrate_readout: Literal['false', 'true', 'considered']
-    """calibrate_intrinsics for the readout time of each rolling shutter; default false"""
+    calibrate_readout: Literal['auto', 'false', 'true', 'considered']
+    """calibrate_intrinsics for the readout time of each rolling shutter; auto: if a run measures it beforehand; default
+    auto"""
     initial_readout_sigma: float
     """initial sigma of a readout time [s]; default 0.001"""
     depth_rule: str

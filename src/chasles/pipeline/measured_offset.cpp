@@ -20,13 +20,20 @@ std::string offset_remark(const CameraClock& clock) {
       clock.offset < 0 ? "late" : "early", 1e3 * std::abs(clock.offset), 1e3 * clock.sigma);
 }
 
-std::string readout_remark(const Measured& readout) {
+// What tracks and gyroscope show is good to a millisecond. A filter can do better.
+bool estimates_measured_readout(const InertialRunSettings& settings) {
+  return settings.estimator.is_filter() && !settings.filter.numeric_jacobians &&
+         settings.filter.calibrate_readout == Calibrate::kAuto;
+}
+
+std::string readout_remark(const Measured& readout, bool is_estimated) {
   return fmt::format(
       "the shutter rolls: its readout takes {:.1f} +- {:.1f} ms, {}, measured from the tracks and "
-      "the gyroscope; the run takes it as known (readout_time=auto; --set readout_time=0 takes the "
-      "shutter for a global one)",
+      "the gyroscope; the run {} (readout_time=auto; --set readout_time=0 takes the shutter for a "
+      "global one)",
       1e3 * std::abs(readout.value), 1e3 * readout.sigma,
-      readout.value < 0 ? "from the last row to the first" : "from the first row to the last");
+      readout.value < 0 ? "from the last row to the first" : "from the first row to the last",
+      is_estimated ? "estimates it from there" : "takes it as stated");
 }
 
 std::string lens_remark(const LensGuess& mistake) {
@@ -75,8 +82,7 @@ TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& came
   const bool open = !given && std::ranges::none_of(cameras, [](const Camera& camera) {
     return camera.shutter.is_rolling();
   });
-  const bool sound = evidence.clock && !fit.mistake;
-  if (open && sound && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
+  if (open && fit.lens && fit.lens->is_rolling()) evidence.readout = fit.lens->readout;
   // The offset is that of the first line by the shutter as it is stated.
   const double readout =
       evidence.readout ? evidence.readout->value : given.value_or(fit.shutter.readout);
@@ -89,24 +95,33 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   const bool wanted =
       recording.images || (!settings.filter.time_offset && settings.filter.estimates_time_offset());
   if (!wanted || recording.imu.empty() || recording.cameras.empty()) return {};
-  const auto fit =
-      fit_camera(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
-                 recording.cameras, 0, gyroscope_rates(recording.imu));
+  const auto tracks = tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop);
+  const auto rates = gyroscope_rates(recording.imu);
+  std::vector<Camera> cameras = recording.cameras;
+  const auto fit = fit_camera(tracks, cameras, 0, rates);
   if (!fit) return {};
-  TracksEvidence evidence = evidence_of(*fit, recording.cameras, settings);
-  if (evidence.readout) {
-    // A sensor reads out an image before it begins the next one: beyond, it is the measurement's
-    // error.
-    const double longest =
-        std::min(frame_interval(recording, 0).value_or(kLongestReadout), kLongestReadout);
-    evidence.readout->value = std::clamp(evidence.readout->value, -longest, longest);
+  TracksEvidence evidence = evidence_of(*fit, cameras, settings);
+  if (!evidence.readout) return evidence;
+  // A sensor reads out an image before it begins the next one.
+  const double longest =
+      std::min(frame_interval(recording, 0).value_or(kLongestReadout), kLongestReadout);
+  Measured readout = *evidence.readout;
+  readout.value = std::clamp(readout.value, -longest, longest);
+  // Lines that are taken for those of a global shutter look like another lens.
+  set_readout(readout.value, cameras);
+  if (const auto undone = fit_camera(tracks, cameras, 0, rates)) {
+    evidence = evidence_of(*undone, cameras, settings);
   }
+  evidence.readout = readout;
   return evidence;
 }
 
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence) {
   InertialSlamSettings& filter = settings.filter;
-  if (evidence.readout) filter.readout_time = evidence.readout->value;
+  if (evidence.readout) {
+    filter.readout_time = evidence.readout->value;
+    if (estimates_measured_readout(settings)) filter.calibrate_readout = Calibrate::kTrue;
+  }
   if (filter.time_offset) return;
   filter.time_offset = 0;
   if (!evidence.clock_stands_out()) return;
@@ -123,7 +138,9 @@ std::vector<std::string> remarks_of(const TracksEvidence& evidence,
   if (!settings.filter.time_offset && evidence.clock_stands_out()) {
     remarks.push_back(offset_remark(*evidence.clock));
   }
-  if (evidence.readout) remarks.push_back(readout_remark(*evidence.readout));
+  if (evidence.readout) {
+    remarks.push_back(readout_remark(*evidence.readout, estimates_measured_readout(settings)));
+  }
   if (evidence.mistake) remarks.push_back(lens_remark(*evidence.mistake));
   return remarks;
 }

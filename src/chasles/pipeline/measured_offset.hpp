@@ -47,7 +47,8 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
 /// Decides time_offset and readout_time where they are `auto`. A run starts from an offset that
 /// stands out: time_offset and initial_time_offset_sigma are what was measured, and a filter of
 /// which calibrate_time_offset is `auto` estimates the offset. Otherwise time_offset is 0, as in a
-/// live run. readout_time is what was measured, if it was.
+/// live run. readout_time is what was measured, if it was, and a filter of which
+/// calibrate_readout is `auto` estimates it.
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence);
 
 /// What a run says of the evidence; `settings` as they were given.

@@ -60,6 +60,17 @@ TEST_F(MeasuredOffset, ARunTakesTheReadoutThatItsImagesShow) {
   EXPECT_NEAR(*settings.filter.readout_time, 0.03, 0.002);
   EXPECT_NEAR(settings.filter.initial_time_offset(), 0, 0.002) << "of the first line";
   EXPECT_NE(remark.find("the shutter rolls: its readout takes "), std::string::npos) << remark;
+  EXPECT_NE(remark.find("the run estimates it from there"), std::string::npos) << remark;
+  EXPECT_EQ(settings.filter.calibrate_readout, Calibrate::kTrue);
+
+  InertialRunSettings known;
+  known.filter.calibrate_readout = Calibrate::kFalse;
+  EXPECT_NE(start(known, recording).find("the run takes it as stated"), std::string::npos);
+  EXPECT_EQ(known.filter.calibrate_readout, Calibrate::kFalse);
+  InertialRunSettings batch;
+  batch.estimator = estimator_choice("batch");
+  EXPECT_NE(start(batch, recording).find("the run takes it as stated"), std::string::npos);
+  EXPECT_FALSE(batch.filter.has_intrinsics());
 
   InertialRunSettings global;
   global.filter.readout_time = 0;
@@ -69,7 +80,7 @@ TEST_F(MeasuredOffset, ARunTakesTheReadoutThatItsImagesShow) {
   recording.cameras.front().shutter.readout = 0.03;
   InertialRunSettings stated;
   EXPECT_EQ(start(stated, recording), "");
-  EXPECT_FALSE(stated.filter.readout_time);
+  EXPECT_FALSE(stated.filter.readout_time || stated.filter.has_intrinsics());
 }
 
 TEST_F(MeasuredOffset, IsWhereARunStarts) {

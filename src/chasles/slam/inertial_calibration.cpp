@@ -54,8 +54,8 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
   if (s.has_intrinsics()) {
     for (const Camera& camera : cameras) {
       Intrinsics one = intrinsics_of(camera);
-      one.has_lens = s.calibrate_intrinsics != Calibrate::kFalse;
-      one.has_readout = s.calibrate_readout != Calibrate::kFalse && camera.shutter.is_rolling();
+      one.has_lens = is_in_state(s.calibrate_intrinsics);
+      one.has_readout = is_in_state(s.calibrate_readout) && camera.shutter.is_rolling();
       result.intrinsics.push_back(one);
       const std::vector<double> of_lens = intrinsics_sigmas(s, camera);
       sigmas.insert(sigmas.end(), of_lens.begin(), of_lens.end());

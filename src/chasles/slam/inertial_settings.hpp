@@ -16,6 +16,7 @@ enum class LandmarkInit { kMultiView, kFixedDepth };
 enum class Toggle { kAuto, kTrue, kFalse };
 /// What a filter does with a part of the calibration.
 enum class Calibrate {
+  kAuto,        ///< decided by start_from_measured() (pipeline/measured_offset.hpp) alone
   kFalse,       ///< it is known
   kTrue,        ///< it is estimated
   kConsidered,  ///< its uncertainty counts, and no update corrects it
@@ -35,10 +36,14 @@ struct Choices<Toggle> {
 
 template <>
 struct Choices<Calibrate> {
-  static constexpr std::array list{Choice{Calibrate::kFalse, "false"},
-                                   Choice{Calibrate::kTrue, "true"},
-                                   Choice{Calibrate::kConsidered, "considered"}};
+  static constexpr std::array list{
+      Choice{Calibrate::kAuto, "auto"}, Choice{Calibrate::kFalse, "false"},
+      Choice{Calibrate::kTrue, "true"}, Choice{Calibrate::kConsidered, "considered"}};
 };
+
+inline bool is_in_state(Calibrate c) {
+  return c == Calibrate::kTrue || c == Calibrate::kConsidered;
+}
 
 /// An estimated time offset may decrease, so samples are kept for this long [s].
 inline constexpr double kTimeOffsetReach = 0.2;
@@ -77,9 +82,9 @@ struct InertialSlamSettings {
   double initial_time_offset() const { return time_offset.value_or(0); }
 
   /// Whether a part of the calibration is in the state.
-  bool has_extrinsics() const { return calibrate_extrinsics != Calibrate::kFalse; }
+  bool has_extrinsics() const { return is_in_state(calibrate_extrinsics); }
   bool has_intrinsics() const {
-    return calibrate_intrinsics != Calibrate::kFalse || calibrate_readout != Calibrate::kFalse;
+    return is_in_state(calibrate_intrinsics) || is_in_state(calibrate_readout);
   }
 
   Calibrate calibrate_extrinsics = Calibrate::kFalse;
@@ -93,7 +98,7 @@ struct InertialSlamSettings {
   double initial_principal_point_sigma = 3;
   double initial_distortion_sigma = 0.01;
   std::optional<double> readout_time;
-  Calibrate calibrate_readout = Calibrate::kFalse;
+  Calibrate calibrate_readout = Calibrate::kAuto;
   double initial_readout_sigma = 0.001;
 
   std::string depth_rule = "constant";
@@ -223,7 +228,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         "auto: as the recording states it, or else as its images show it",
         limits::from_to(-kLongestReadout, kLongestReadout));
   visit("calibrate_readout", s.calibrate_readout, "choice",
-        "calibrate_intrinsics for the readout time of each rolling shutter", limits::kAny);
+        "calibrate_intrinsics for the readout time of each rolling shutter; auto: if a run "
+        "measures it "
+        "beforehand",
+        limits::kAny);
   visit("initial_readout_sigma", s.initial_readout_sigma, "s", "initial sigma of a readout time",
         limits::kPositive);
   visit("depth_rule", s.depth_rule, "choice",
