@@ -62,7 +62,7 @@ void choose_tracks_of(const std::vector<std::size_t>& places, FeatureFrame& fram
 }
 
 // The camera that finds a track may be left out.
-void forget_missing_finders(FeatureFrame& frame) {
+void clear_missing_finders(FeatureFrame& frame) {
   std::set<LandmarkId> found;
   for (const PixelObservation& o : frame.pixels) {
     if (o.match && !*o.match) found.insert(o.landmark);
@@ -103,7 +103,7 @@ void choose_cameras(Recording& r, const std::vector<std::size_t>& choice) {
     const std::size_t before = frame.pixels.size();
     choose_tracks_of(places, frame);
     if (changes) std::ranges::stable_sort(frame.pixels, {}, &PixelObservation::camera);
-    if (frame.pixels.size() < before) forget_missing_finders(frame);
+    if (frame.pixels.size() < before) clear_missing_finders(frame);
   }
   if (!r.images) return;
   r.images = changes ? chosen_cameras(r.images, places)
