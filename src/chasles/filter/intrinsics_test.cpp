@@ -19,13 +19,6 @@ std::vector<Camera> some_cameras() {
   return cameras;
 }
 
-ReadoutMotion some_motion(test::Random& random) {
-  return {.rate = random.normal_vector(3),
-          .rate_change = 10 * random.normal_vector(3),
-          .velocity = 2 * random.normal_vector(3),
-          .acceleration = 5 * random.normal_vector(3)};
-}
-
 // A filter with clones whose core has the intrinsics of the cameras, and landmarks ahead.
 Ekf some_calibrating_filter(test::Random& random) {
   State x = test::random_state(random, {.velocity = true, .additive = 6});
@@ -40,7 +33,7 @@ Ekf some_calibrating_filter(test::Random& random) {
   Ekf filter(kStandardChart, x, test::random_covariance(random, x.core_size(), 1e-3),
              {.map = Ekf::Map::kFrozen});
   for (int i = 0; i < 4; ++i) {
-    filter.set_readout(some_motion(random));
+    filter.set_readout(test::some_motion(random));
     filter.clone_pose(i, from_seconds(0.3 * i));
     Prediction step{.world_T_imu = filter.state().world_T_imu,
                     .v_world = filter.state().v_world,
@@ -50,7 +43,7 @@ Ekf some_calibrating_filter(test::Random& random) {
     step.world_T_imu.p += 0.5 * random.normal_vector(3);
     filter.propagate(step);
   }
-  filter.set_readout(some_motion(random));
+  filter.set_readout(test::some_motion(random));
   filter.clone_pose(4, from_seconds(1.5));
   return filter;
 }

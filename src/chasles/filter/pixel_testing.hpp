@@ -7,6 +7,13 @@
 // extrinsics.
 namespace chasles::test {
 
+inline ReadoutMotion some_motion(Random& random) {
+  return {.rate = random.normal_vector(3),
+          .rate_change = 10 * random.normal_vector(3),
+          .velocity = 2 * random.normal_vector(3),
+          .acceleration = 5 * random.normal_vector(3)};
+}
+
 /// Pixels vary by hundreds per radian: the numeric derivative needs a smaller step.
 inline constexpr double kPixelStep = 1e-4;
 

@@ -19,18 +19,11 @@ std::vector<Camera> rolling_cameras() {
   return cameras;
 }
 
-ReadoutMotion some_motion(test::Random& random) {
-  return {.rate = random.normal_vector(3),
-          .rate_change = 10 * random.normal_vector(3),
-          .velocity = 2 * random.normal_vector(3),
-          .acceleration = 5 * random.normal_vector(3)};
-}
-
 // Poses with motions, and anchored landmarks on lines.
 State rolling_state(test::Random& random, bool calibrating) {
   State x = test::some_filter(random, calibrating).state();
-  x.readout = some_motion(random);
-  for (Clone& clone : x.clones) clone.readout = some_motion(random);
+  x.readout = test::some_motion(random);
+  for (Clone& clone : x.clones) clone.readout = test::some_motion(random);
   for (Landmark& landmark : x.landmarks) {
     if (!landmark.anchor) continue;
     landmark.imu_T_line = x.clone(*landmark.anchor).readout.after(0.013);
@@ -98,7 +91,7 @@ TEST_P(RollingPixel, HasTheDerivativeOfItsResidual) {
 TEST_P(RollingPixel, InitialisesItsLandmarkOnItsRay) {
   test::Random random(5);
   Ekf filter = test::some_filter(random, GetParam());
-  filter.set_readout(some_motion(random));
+  filter.set_readout(test::some_motion(random));
   filter.clone_pose(17, {});
   const State& x = filter.state();
   const std::vector<Camera> cameras = rolling_cameras();

@@ -20,7 +20,7 @@ std::string offset_remark(const CameraClock& clock) {
       clock.offset < 0 ? "late" : "early", 1e3 * std::abs(clock.offset), 1e3 * clock.sigma);
 }
 
-// What tracks and gyroscope show is good to a millisecond. A filter can do better.
+// What tracks and gyroscope show is good to one or two milliseconds. A filter can do better.
 bool estimates_measured_readout(const InertialRunSettings& settings) {
   return settings.estimator.is_filter() && !settings.filter.numeric_jacobians &&
          settings.filter.calibrate_readout == Calibrate::kAuto;
