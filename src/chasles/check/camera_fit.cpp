@@ -151,6 +151,37 @@ void explain_by_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
   fit.gyroscope.reset();
 }
 
+// The fit of the lens has local minima at other rotations, and a gyroscope fit of points in a plane
+// may begin at one: it begins at the stated rotation as well.
+std::optional<LensFit> lens_of(const std::vector<SeenTwice>& seen,
+                               const std::vector<StampedRate>& rates, const GyroscopeFit& start,
+                               const Camera& camera) {
+  auto lens = fit_lens(seen, rates, start);
+  if (start.mirrored || is_another_unit(start)) return lens;
+  GyroscopeFit as_stated = start;
+  as_stated.cam_R_imu = camera.cam_T_imu.R;
+  as_stated.gain = 1;
+  as_stated.bias_cam.setZero();
+  const auto other = fit_lens(seen, rates, as_stated);
+  return other && (!lens || other->cost < lens->cost) ? other : lens;
+}
+
+// Points in a plane leave two rotations of an image, of which the one nearer to the start is found;
+// the fit of the lens, with all images in one, tells them apart. It also has the readout, without
+// which the lines of a rolling shutter turn the images.
+void refit_from_lens(const std::vector<SeenTwice>& seen, const std::vector<StampedRate>& rates,
+                     CameraFit& fit) {
+  if (!fit.lens) return;
+  const LensFit& lens = *fit.lens;
+  const GyroscopeFit start{.cam_R_imu = lens.cam_R_imu,
+                           .gain = lens.gain.value,
+                           .bias_cam = lens.bias_cam,
+                           .offset = lens.offset.value};
+  const auto again =
+      fit_gyroscope_from(start, lens.is_rolling() ? unrolled(seen, rates, lens) : seen, rates);
+  if (again && again->gain_sigma < fit.stated->gain_sigma) fit.stated = again;
+}
+
 // Signs of the axes of which one is a mirror image.
 const Eigen::Vector3d kMirrorSigns[] = {{-1, -1, -1}, {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}};
 
@@ -191,8 +222,9 @@ std::optional<CameraFit> fit_camera(const std::vector<FeatureFrame>& frames,
   const Camera& stated = cameras[static_cast<std::size_t>(camera)];
   const auto seen = seen_twice(frames, cameras, camera);
   CameraFit fit{.stated = fit_gyroscope(seen, rates), .shutter = stated.shutter};
+  if (fit.stated) fit.lens = lens_of(seen, rates, *fit.stated, stated);
+  refit_from_lens(seen, rates, fit);
   fit.gyroscope = fit.stated;
-  if (fit.stated) fit.lens = fit_lens(seen, rates, *fit.stated);
   if (!is_suspicious(fit, stated) || explain_by_signs(seen, rates, stated, fit)) return fit;
   auto best = LensSearch(frames, cameras, camera, rates, fit.stated).best();
   explain_by_lens(seen, rates, stated, best, fit);

@@ -265,10 +265,18 @@ std::optional<GyroscopeFit> fit_gyroscope(const std::vector<RotationRate>& rates
 
 std::optional<GyroscopeFit> fit_gyroscope(const std::vector<SeenTwice>& seen,
                                           const std::vector<StampedRate>& gyroscope, int passes) {
-  auto fit = fit_gyroscope(rotation_rates(seen), gyroscope);
-  if (!fit) return std::nullopt;
+  const auto first = fit_gyroscope(rotation_rates(seen), gyroscope);
+  if (!first || first->mirrored || passes == 1) return first;
+  return fit_gyroscope_from(*first, seen, gyroscope, passes - 1);
+}
+
+std::optional<GyroscopeFit> fit_gyroscope_from(const GyroscopeFit& start,
+                                               const std::vector<SeenTwice>& seen,
+                                               const std::vector<StampedRate>& gyroscope,
+                                               int passes) {
   const Turned turned(gyroscope);
-  for (int pass = 1; pass < passes && !fit->mirrored; ++pass) {
+  std::optional<GyroscopeFit> fit = start;
+  for (int pass = 0; pass < passes && !fit->mirrored; ++pass) {
     const GyroscopeFit before = *fit;
     const auto guess = [&](Time begin, Time end) { return guessed(turned, before, begin, end); };
     fit = fit_gyroscope(rotation_rates(seen, guess), gyroscope);

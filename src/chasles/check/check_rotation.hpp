@@ -101,4 +101,10 @@ std::optional<GyroscopeFit> fit_gyroscope(const std::vector<SeenTwice>& seen,
                                           const std::vector<StampedRate>& gyroscope,
                                           int passes = 8);
 
+/// The same from a fit near the solution, from which the first pass is initialised as well.
+std::optional<GyroscopeFit> fit_gyroscope_from(const GyroscopeFit& start,
+                                               const std::vector<SeenTwice>& seen,
+                                               const std::vector<StampedRate>& gyroscope,
+                                               int passes = 8);
+
 }  // namespace chasles

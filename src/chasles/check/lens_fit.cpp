@@ -197,6 +197,21 @@ class LensProblem {
         .cwiseSqrt();
   }
 
+  // Cauchy's, of all angles at one scale: that of an interval would make large ones cheap.
+  double cost() const {
+    double sum = 0, count = 0;
+    for (const LensInterval& interval : intervals_) {
+      const PredictedTurn turn = predicted_turn(turns_, interval, x_);
+      const auto B = tangents(interval.t);
+      for (const TwoRays& pair : *interval.pairs) {
+        const double ratio = row(pair, turn, interval.t, B).angle / kLeastAngle;
+        sum += std::log1p(ratio * ratio);
+        ++count;
+      }
+    }
+    return sum / count;
+  }
+
   double edge() const {
     std::vector<double> angles;
     for (const LensInterval& interval : intervals_) {
@@ -339,6 +354,28 @@ std::vector<SeenTwice> mended(const std::vector<SeenTwice>& seen, const LensFit&
   return result;
 }
 
+std::vector<SeenTwice> unrolled(const std::vector<SeenTwice>& seen,
+                                const std::vector<StampedRate>& gyroscope, const LensFit& lens) {
+  const GyroscopeTurns turns(gyroscope);
+  const auto at_middle = [&](const Vector3& ray, double row, const Vector3& rate_cam) {
+    return Vector3((ray + lens.readout.value * row * rate_cam.cross(ray)).normalized());
+  };
+  const auto rate_at = [&](Time time) {
+    const Time at = std::clamp(time + from_seconds(lens.offset.value), gyroscope.front().time,
+                               gyroscope.back().time);
+    return Vector3(lens.gain.value * (lens.cam_R_imu * turns.rate(at)));
+  };
+  std::vector<SeenTwice> result = seen;
+  for (SeenTwice& two : result) {
+    const Vector3 first = rate_at(two.begin), second = rate_at(two.end);
+    for (TwoRays& pair : two.pairs) {
+      pair.first = at_middle(pair.first, pair.first_row, first);
+      pair.second = at_middle(pair.second, pair.second_row, second);
+    }
+  }
+  return result;
+}
+
 std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
                                 const std::vector<StampedRate>& gyroscope,
                                 const GyroscopeFit& start) {
@@ -364,7 +401,10 @@ std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
                  .gain = {x.gain, sigmas[kGainRow]},
                  .offset = {x.offset, sigmas[kOffsetRow]},
                  .edge = problem.edge(),
-                 .intervals = problem.intervals()};
+                 .intervals = problem.intervals(),
+                 .cam_R_imu = x.cam_R_imu,
+                 .bias_cam = x.bias_cam,
+                 .cost = problem.cost()};
 }
 
 }  // namespace chasles

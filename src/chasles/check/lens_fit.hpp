@@ -27,6 +27,9 @@ struct LensFit {
   Measured offset;   ///< camera time + offset = gyroscope time, of the middle row [s]
   double edge = 0;   ///< 95 % of the rays are within this angle from the axis [rad]
   std::size_t intervals = 0;
+  Eigen::Matrix3d cam_R_imu = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d bias_cam = Eigen::Vector3d::Zero();  ///< as in GyroscopeFit [rad/s]
+  double cost = 0;  ///< robust mean over the rays: the lower of two fits to the same pairs is right
 
   /// The relative error of an angle at the edge that the distortion alone makes: radial edge^2.
   Measured radial_at_edge() const;
@@ -45,6 +48,10 @@ struct LensFit {
 
 /// The pairs with the errors of focal length and distortion undone.
 std::vector<SeenTwice> mended(const std::vector<SeenTwice>& seen, const LensFit& lens);
+
+/// The pairs as the middle row sees them: with the readout undone, by the rates of the gyroscope.
+std::vector<SeenTwice> unrolled(const std::vector<SeenTwice>& seen,
+                                const std::vector<StampedRate>& gyroscope, const LensFit& lens);
 
 /// Fits lens, readout, and the parameters of GyroscopeFit to pairs of frames, by robust least
 /// squares of the angles between rays and their epipolar planes. The gyroscope, from `start` on,
