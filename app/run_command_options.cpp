@@ -94,6 +94,12 @@ void declare_method(CLI::App& parser, RunCommandOptions& o) {
   add("--begin", o.begin, "auto|truth",
       "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
       "the true state");
+  parser
+      .add_flag(
+          "--as-recorded", o.as_recorded,
+          "Take clock, axes and shutter as the recording states them, without what its images "
+          "and the gyroscope show of them (docs/cameras.md)")
+      ->group("Method");
   add("--estimator", o.estimator, "filter|batch|window:N",
       "filter (default); batch: the most probable motion given the whole recording, starting from "
       "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "

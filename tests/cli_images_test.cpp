@@ -1,3 +1,5 @@
+#include <sstream>
+
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -44,6 +46,38 @@ TEST(SimulateImages, TakesTheCamerasOfARecording) {
   expect_part(slurp(folder / "b/mav0/cam0/sensor.yaml"), "resolution: [160, 120]");
   expect_error(chasles(folder, "simulate hallway --images --cameras b -o c --set cameras=2"), 1,
                "--cameras b: has 1 cameras; expected 2");
+}
+
+// A gyroscope with a wrong sign.
+TEST(RunOfImages, TakesTheRecordingAsItIsOnlyWhereAsked) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder,
+                    "simulate hallway --images -o rec --quiet --set hall_length=8 --set sections=1 "
+                    "--set rest_duration=1 --set frame_rate=10 --set focal_length=200 "
+                    "--set image_width=320 --set image_height=240 --set center_u=159.5 "
+                    "--set center_v=119.5")
+                .code,
+            0);
+  const std::filesystem::path imu = folder / "rec/mav0/imu0/data.csv";
+  std::istringstream rows(slurp(imu));
+  std::string flipped;
+  for (std::string line; std::getline(rows, line);) {
+    if (line[0] != '#') {
+      const std::size_t y = line.find(',', line.find(',') + 1) + 1;
+      line = line[y] == '-' ? line.erase(y, 1) : line.insert(y, "-");
+    }
+    flipped += line + "\n";
+  }
+  spill(imu, flipped);
+  const Outcome mended = chasles(folder, "run rec --json --quiet");
+  ASSERT_EQ(mended.code, 0) << mended.err;
+  const auto summary = nlohmann::json::parse(mended.out);
+  expect_part(summary["remarks"].dump(), "the gyroscope's y has the wrong sign");
+  EXPECT_LT(summary["ate_posyaw_m"].get<double>(), 0.05);
+  const Outcome recorded = chasles(folder, "run rec --json --quiet --as-recorded");
+  EXPECT_EQ(recorded.out.find("the gyroscope's y has the wrong sign, by"), std::string::npos);
+  if (recorded.code != 0) return;  // it may find no start at all
+  EXPECT_GT(nlohmann::json::parse(recorded.out)["ate_posyaw_m"].get<double>(), 0.1);
 }
 
 TEST(SimulateImages, RejectsWhatCannotBe) {

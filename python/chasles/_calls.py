@@ -22,13 +22,14 @@ def simulate(scene="hallway", *, run=0, images=False, progress=None, **settings)
         return laboratory().simulate(scene, run=run, images=images, progress=advance, **settings)
 
 
-def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, save_map=None, keep_images=None, mode=None,
-        config=None, progress=None, **settings):
+def run(recording, *, estimator="filter", threads=3, begin="auto", as_recorded=False, map=None, save_map=None,
+        keep_images=None, mode=None, config=None, progress=None, **settings):
     """Runs an estimator over a recording (Recording, or a path) as `chasles run` does, to the bit, and returns a Run.
 
     estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
-    "truth". progress: a bar (tqdm), True or False; None draws one on a terminal and in a notebook where tqdm is
-    installed. Settings by name, as settings() lists them; those with a prefix as a dictionary: start={"heading": 0}.
+    "truth". as_recorded: clock, axes and shutter as stated (docs/cameras.md). progress: a bar (tqdm), True or False; None
+    draws one on a terminal and in a notebook where tqdm is installed. Settings by name, as settings() lists them; those
+    with a prefix as a dictionary: start={"heading": 0}.
     Raises UsageError for a setting that does not exist, with the nearest one, or that cannot be used;
     NotInitialisedError where the run never started, with the conditions that are not met. Where the map cannot be
     saved, the Run is the attribute `run` of the error. Ctrl-C ends it with KeyboardInterrupt. Other threads run
@@ -43,7 +44,8 @@ def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, sav
         if name in given:
             given[name] = os.fspath(given[name])
     with bar(progress, "run", "frames", "batch" if estimator == "batch" else "last steps") as advance:
-        core = _core.run(recording, path, advance, estimator=estimator, threads=threads, begin=begin, **given, **settings)
+        core = _core.run(recording, path, advance, estimator=estimator, threads=threads, begin=begin, as_recorded=as_recorded,
+                         **given, **settings)
     finished = Run(core)
     try:
         finished._core._check_map()

@@ -63,9 +63,9 @@ def simulate(
 
 def run(
         recording: Union[Recording, _Path], *,
-        estimator: str = ..., threads: int = ..., begin: Literal['auto', 'truth'] = ..., map: Optional[_Path] = ...,
-        save_map: Optional[_Path] = ..., keep_images: Optional[int] = ..., mode: Optional[str] = ...,
-        config: Optional[_Path] = ..., progress: Optional[bool] = ...,
+        estimator: str = ..., threads: int = ..., begin: Literal['auto', 'truth'] = ..., as_recorded: bool = ...,
+        map: Optional[_Path] = ..., save_map: Optional[_Path] = ..., keep_images: Optional[int] = ...,
+        mode: Optional[str] = ..., config: Optional[_Path] = ..., progress: Optional[bool] = ...,
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
@@ -113,8 +113,9 @@ def run(
     """Runs an estimator over a recording (Recording, or a path) as `chasles run` does, to the bit, and returns a Run.
 
     estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
-    "truth". progress: a bar (tqdm), True or False; None draws one on a terminal and in a notebook where tqdm is
-    installed. Settings by name, as settings() lists them; those with a prefix as a dictionary: start={"heading": 0}.
+    "truth". as_recorded: clock, axes and shutter as stated (docs/cameras.md). progress: a bar (tqdm), True or False; None
+    draws one on a terminal and in a notebook where tqdm is installed. Settings by name, as settings() lists them; those
+    with a prefix as a dictionary: start={"heading": 0}.
     Raises UsageError for a setting that does not exist, with the nearest one, or that cannot be used;
     NotInitialisedError where the run never started, with the conditions that are not met. Where the map cannot be
     saved, the Run is the attribute `run` of the error. Ctrl-C ends it with KeyboardInterrupt. Other threads run
@@ -124,9 +125,9 @@ def run(
 
 def compare(
         recording: Union[Recording, _Path], estimators: Mapping[str, RunArguments], *,
-        estimator: str = ..., threads: int = ..., begin: Literal['auto', 'truth'] = ..., map: Optional[_Path] = ...,
-        save_map: Optional[_Path] = ..., keep_images: Optional[int] = ..., mode: Optional[str] = ...,
-        config: Optional[_Path] = ..., progress: Optional[bool] = ...,
+        estimator: str = ..., threads: int = ..., begin: Literal['auto', 'truth'] = ..., as_recorded: bool = ...,
+        map: Optional[_Path] = ..., save_map: Optional[_Path] = ..., keep_images: Optional[int] = ...,
+        mode: Optional[str] = ..., config: Optional[_Path] = ..., progress: Optional[bool] = ...,
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,

@@ -418,6 +418,7 @@ class RunArguments(RunSettings, total=False):
     estimator: str
     threads: int
     begin: Literal['auto', 'truth']
+    as_recorded: bool
     map: Optional[_Path]
     save_map: Optional[_Path]
     keep_images: Optional[int]

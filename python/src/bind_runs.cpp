@@ -32,8 +32,8 @@ using Json = nlohmann::ordered_json;
 
 SessionOptions options_of(const py::kwargs& arguments) {
   check_keys("run", arguments,
-             {"begin", "config", "estimator", "keep_images", "map", "mode", "progress", "save_map",
-              "threads"});
+             {"as_recorded", "begin", "config", "estimator", "keep_images", "map", "mode",
+              "progress", "save_map", "threads"});
   SessionOptions o;
   o.quiet = true;
   py::dict settings;
@@ -47,6 +47,8 @@ SessionOptions options_of(const py::kwargs& arguments) {
       o.estimator = text();
     } else if (name == "threads") {
       o.threads = number();
+    } else if (name == "as_recorded") {
+      o.as_recorded = as<bool>(value, found, "a bool");
     } else if (name == "begin") {
       o.begin = text();
     } else if (name == "map") {

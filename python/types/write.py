@@ -11,7 +11,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 PACKAGE = HERE.parent / "chasles"
 WIDTH = 120
 PREFIXES = ("start", "frontend", "batch", "reader")
-OF_RUN = {"estimator": "str", "threads": "int", "begin": "Literal['auto', 'truth']", "map": "Optional[_Path]",
+OF_RUN = {"estimator": "str", "threads": "int", "begin": "Literal['auto', 'truth']", "as_recorded": "bool", "map": "Optional[_Path]",
           "save_map": "Optional[_Path]", "keep_images": "Optional[int]", "mode": "Optional[str]",
           "config": "Optional[_Path]", "progress": "Optional[bool]"}
 

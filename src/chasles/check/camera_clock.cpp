@@ -18,7 +18,7 @@ bool CameraClock::stands_out() const {
 }
 
 std::optional<CameraClock> camera_clock(const CameraFit& fit) {
-  if (!fit.agrees() || fit.signs.minCoeff() < 0) return std::nullopt;
+  if (!fit.agrees()) return std::nullopt;
   const GyroscopeFit& g = *fit.gyroscope;
   const bool same_motion = !g.mirrored && g.gain > kLeastGain && g.gain < kMostGain;
   const Measured offset = fit.offset();

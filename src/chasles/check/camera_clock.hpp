@@ -26,7 +26,7 @@ struct CameraClock {
 };
 
 /// The offset of a fit; sigma is at least kLeastSigma. Nothing where the fit does not determine it:
-/// where it does not agree, with other signs, with a sigma above 3 ms, an offset at the end of the
+/// where it does not agree, with a sigma above 3 ms, an offset at the end of the
 /// range of the search, a mirror image, or a gain outside of 0.5 to 2.
 std::optional<CameraClock> camera_clock(const CameraFit& fit);
 

@@ -44,12 +44,17 @@ TEST(CameraClock, AnUncertainOffsetDoesNotStandOut) {
   EXPECT_FALSE((CameraClock{.offset = 0.025, .sigma = 0.003}).stands_out());
 }
 
-TEST(CameraClock, AMotionThatIsNotTheGyroscopesShowsNothing) {
-  Recording flipped = late(0.095), other = late(0.095), still = late(0.095);
+TEST(CameraClock, OfAMirroredGyroscopeIsMeasuredWithItsSigns) {
+  Recording flipped = late(0.095);
   for (ImuSample& s : flipped.imu) s.angular_rate_imu.y() *= -1;
+  ASSERT_TRUE(clock_of(flipped));
+  EXPECT_NEAR(clock_of(flipped)->offset, -0.095, 0.002);
+}
+
+TEST(CameraClock, AMotionThatIsNotTheGyroscopesShowsNothing) {
+  Recording other = late(0.095), still = late(0.095);
   for (ImuSample& s : other.imu) s.angular_rate_imu *= 57.3;
   for (ImuSample& s : still.imu) s.angular_rate_imu.setZero();
-  EXPECT_FALSE(clock_of(flipped));
   EXPECT_FALSE(clock_of(other));
   EXPECT_FALSE(clock_of(still));
   EXPECT_FALSE(camera_clock({}, still.cameras, still.imu));

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <functional>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -7,6 +8,8 @@
 #include <chasles/check/check.hpp>
 #include <chasles/check/check_calibration.hpp>
 #include <chasles/check/check_testing.hpp>
+#include <chasles/check/other_axes.hpp>
+#include <chasles/lie/so3.hpp>
 
 // A lens with a real distortion and one mistake in its calibration: the check names the mistake,
 // and nothing that it explains.
@@ -128,8 +131,53 @@ TEST(CameraFit, SignsOfTheGyroscopeAreNamedByAxis) {
     ASSERT_TRUE(fit);
     report_camera_fit(*fit, r.cameras[0], "cam0", report);
     expect_alone(report, c.what, "change the sign of the gyroscope");
-    EXPECT_FALSE(camera_clock(*fit)) << "a run cannot use this gyroscope";
+    ASSERT_TRUE(camera_clock(*fit));
+    EXPECT_NEAR(camera_clock(*fit)->offset, 0, 0.0015);
+    const auto axes = other_axes(*fit, r.cameras[0]);
+    ASSERT_TRUE(axes);
+    EXPECT_EQ(axes->signs, c.signs);
+    EXPECT_FALSE(axes->has_turn());
+    take_axes(*axes, r.imu, r.cameras);
+    EXPECT_EQ(r.imu.back().angular_rate_imu, made.imu.back().angular_rate_imu);
+    EXPECT_EQ(r.cameras[0].cam_T_imu.R, made.cameras[0].cam_T_imu.R);
   }
+}
+
+// Samples in other axes: cameras that are taken to them see them as before.
+TEST(CameraFit, OtherAxesOfTheSamplesAreTaken) {
+  const Recording made = tracked({.seconds = 10});
+  Eigen::Matrix3d turn;  // x, y, z of the samples are y, z, x of those that are stated
+  turn << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  Recording r = made;
+  for (ImuSample& s : r.imu) {
+    s.angular_rate_imu = turn * s.angular_rate_imu;
+    s.specific_force_imu = turn * s.specific_force_imu;
+  }
+  const auto rates = gyroscope_rates(r.imu);
+  const auto axes = other_axes(fit_camera(r.frames, r.cameras, 0, rates).value(), r.cameras[0]);
+  ASSERT_TRUE(axes);
+  EXPECT_FALSE(axes->has_signs());
+  EXPECT_EQ(axes->imu_R_stated, turn);
+  EXPECT_EQ(axes->turned(), "z, x, y");
+  take_axes(*axes, r.imu, r.cameras);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const Eigen::Vector3d before = made.cameras[c].cam_T_imu.R * made.imu[777].angular_rate_imu;
+    EXPECT_NEAR((r.cameras[c].cam_T_imu.R * r.imu[777].angular_rate_imu - before).norm(), 0, 1e-12);
+    EXPECT_EQ(r.cameras[c].cam_T_imu.p, made.cameras[c].cam_T_imu.p);
+  }
+  EXPECT_FALSE(other_axes(fit_camera(r.frames, r.cameras, 0, rates).value(), r.cameras[0]));
+}
+
+TEST(CameraFit, AxesThatAreFarFromATurnOrUncertainStay) {
+  const Recording made = tracked({.seconds = 10});
+  Recording r = made;
+  r.cameras[0].cam_T_imu.R = so3::exp({0, 0.7, 0}) * r.cameras[0].cam_T_imu.R;
+  const auto rates = gyroscope_rates(r.imu);
+  EXPECT_FALSE(other_axes(fit_camera(r.frames, r.cameras, 0, rates).value(), r.cameras[0]));
+  r.cameras[0].cam_T_imu.R = so3::exp({0, 0, std::numbers::pi / 2}) * made.cameras[0].cam_T_imu.R;
+  CameraFit fit = fit_camera(r.frames, r.cameras, 0, rates).value();
+  fit.gyroscope->rotation_sigma = 0.05;
+  EXPECT_FALSE(other_axes(fit, r.cameras[0]));
 }
 
 // The fit of a flight whose video had half of its rotation taken out.

@@ -7,6 +7,7 @@
 #include <chasles/base/constants.hpp>
 #include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check_calibration.hpp>
+#include <chasles/check/other_axes.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -150,12 +151,9 @@ void report_readout(const LensFit& lens, const Shutter& shutter, const std::stri
 }
 
 void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckReport& report) {
-  std::string axes;
-  for (int i = 0; i < 3; ++i) {
-    if (signs[i] < 0) axes += fmt::format("{}{}", axes.empty() ? "" : ", ", "xyz"[i]);
-  }
+  const std::string axes = OtherAxes{.signs = signs}.mirrored();
   if (axes.empty()) return;
-  const bool all = signs.sum() < -2;
+  const bool all = signs.maxCoeff() < 0;
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
@@ -166,25 +164,14 @@ void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckR
        .threshold = 0,
        .unit = "axes",
        .advice = fmt::format("change the sign of {} in the samples: angular rates are positive "
-                             "anticlockwise, seen from the tip of the axis",
+                             "anticlockwise, seen from the tip of the axis; a run of images "
+                             "changes it too",
                              all ? "the gyroscope" : fmt::format("the gyroscope's {}", axes))});
 }
 
-// The axes of the IMU that explain a rotation which is off by a turn onto other axes, as "x, -y,
-// -z"; empty if none do. `imu_R_stated`: from the stated axes of the IMU to those that fit the
-// images.
-std::string axes_of(const Eigen::Matrix3d& imu_R_stated) {
-  constexpr double kAligned = 0.985;  // cosine of 10 degrees
-  std::string axes;
-  for (int i = 0; i < 3; ++i) {
-    Eigen::Index at = 0;
-    if (imu_R_stated.col(i).cwiseAbs().maxCoeff(&at) < kAligned) return {};
-    axes += fmt::format("{}{}{}", i > 0 ? ", " : "", imu_R_stated(at, i) < 0 ? "-" : "", "xyz"[at]);
-  }
-  return axes == "x, y, z" ? "" : axes;
-}
-
-Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu, double limit) {
+Finding rotation_finding(const CameraFit& of_camera, const Camera& camera, double limit) {
+  const GyroscopeFit& fit = *of_camera.gyroscope;
+  const Eigen::Matrix3d& cam_R_imu = camera.cam_T_imu.R;
   const double off = angle_between(cam_R_imu, fit.cam_R_imu);
   const double inverted = angle_between(cam_R_imu.transpose(), fit.cam_R_imu);
   Finding finding{.severity = Severity::kError,
@@ -201,21 +188,24 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
     finding.advice = "give the inverse: cam_T_imu maps IMU coordinates to those of the camera";
   } else {
     finding.what = fmt::format("its rotation against the IMU is off by {:.1f} deg", off / kRadians);
-    const std::string axes = axes_of(fit.cam_R_imu.transpose() * cam_R_imu);
-    finding.advice = !axes.empty()
+    const auto axes = other_axes(of_camera, camera);
+    finding.advice = axes && axes->has_turn()
                          ? fmt::format(
                                "the IMU's samples, or the extrinsics, have other axes: where "
                                "the extrinsics state x, y, z of the IMU, its samples have {} "
-                               "(camera: x right, y down, z forward)",
-                               axes)
+                               "(camera: x right, y down, z forward); a run of images takes the "
+                               "axes of the samples",
+                               axes->turned())
                      : off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
                                            : "calibrate the camera against the IMU again";
   }
   return finding;
 }
 
-void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
-                     const std::string& about, CheckReport& report) {
+void report_rotation(const CameraFit& of_camera, const Camera& camera, const std::string& about,
+                     CheckReport& report) {
+  const GyroscopeFit& fit = *of_camera.gyroscope;
+  const Eigen::Matrix3d& cam_R_imu = camera.cam_T_imu.R;
   if (fit.rotation_sigma > kRotationUnknown && !fit.mirrored) {
     report.not_checked.push_back(fmt::format(
         "the rotation of {} against the IMU: the recording rotates too little, or about one axis "
@@ -227,7 +217,7 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
   report.facts.push_back({about, "rotation off", off / kRadians, "deg"});
   const double limit = std::max(kRotationOff, kSigmas * fit.rotation_sigma);
   if (off <= limit && !fit.mirrored) return;
-  report.findings.push_back(rotation_finding(fit, cam_R_imu, limit));
+  report.findings.push_back(rotation_finding(of_camera, camera, limit));
   report.findings.back().about = about;
 }
 
@@ -303,7 +293,7 @@ void report_camera_fit(const CameraFit& fit, const Camera& camera, const std::st
     }
     report_readout(*fit.lens, camera.shutter, about, report);
   }
-  report_rotation(*fit.gyroscope, camera.cam_T_imu.R, about, report);
+  report_rotation(fit, camera, about, report);
 }
 
 }  // namespace chasles

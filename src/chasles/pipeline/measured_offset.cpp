@@ -36,6 +36,21 @@ std::string readout_remark(const Measured& readout, bool is_estimated) {
       is_estimated ? "estimates it from there" : "takes it as stated");
 }
 
+std::string axes_remark(const OtherAxes& axes) {
+  if (axes.has_signs()) {
+    const bool all = axes.signs.maxCoeff() < 0;
+    return fmt::format(
+        "the gyroscope{} has the wrong sign, by the rotation of the tracks: the run changes it "
+        "(--as-recorded takes the samples as they are)",
+        all ? "" : "'s " + axes.mirrored());
+  }
+  return fmt::format(
+      "the IMU's samples have other axes than the extrinsics state: {} where these have x, y, z, "
+      "by the rotation of the tracks; the run takes the axes of the samples, and its poses are of "
+      "these (--as-recorded takes the stated ones)",
+      axes.turned());
+}
+
 std::string lens_remark(const LensGuess& mistake) {
   return fmt::format(
       "cam0, by tracks and gyroscope: {}; {} (`chasles check`); all frames are degraded for it",
@@ -87,6 +102,7 @@ TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& came
   const double readout =
       evidence.readout ? evidence.readout->value : given.value_or(fit.shutter.readout);
   if (evidence.clock) evidence.clock->offset += (fit.shutter.readout - std::abs(readout)) / 2;
+  evidence.axes = other_axes(fit, cameras.front());
   return evidence;
 }
 
@@ -132,9 +148,16 @@ void start_from_measured(InertialRunSettings& settings, const TracksEvidence& ev
   }
 }
 
+void mend(Recording& recording, const InertialSlamSettings& settings,
+          const TracksEvidence& evidence) {
+  if (evidence.axes) take_axes(*evidence.axes, recording.imu, recording.cameras);
+  if (settings.readout_time) set_readout(*settings.readout_time, recording.cameras);
+}
+
 std::vector<std::string> remarks_of(const TracksEvidence& evidence,
                                     const InertialRunSettings& settings) {
   std::vector<std::string> remarks;
+  if (evidence.axes) remarks.push_back(axes_remark(*evidence.axes));
   if (!settings.filter.time_offset && evidence.clock_stands_out()) {
     remarks.push_back(offset_remark(*evidence.clock));
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <chasles/check/camera_clock.hpp>
+#include <chasles/check/other_axes.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/recording/recording.hpp>
 #include <chasles/smooth/batch/batch.hpp>
@@ -30,6 +31,7 @@ struct TracksEvidence {
   /// The readout of a rolling shutter of which the recording says nothing, from the first row to
   /// the last [s]; then the time offset is that of the first line.
   std::optional<Measured> readout = {};
+  std::optional<OtherAxes> axes = {};  ///< of the samples, if not the stated ones
 
   bool clock_stands_out() const { return clock && clock->stands_out(); }
   bool has_wrong_lens() const { return mistake.has_value(); }
@@ -50,6 +52,10 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
 /// live run. readout_time is what was measured, if it was, and a filter of which
 /// calibrate_readout is `auto` estimates it.
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence);
+
+/// The recording as a run takes it: with the axes of its samples, and with readout_time.
+void mend(Recording& recording, const InertialSlamSettings& settings,
+          const TracksEvidence& evidence);
 
 /// What a run says of the evidence; `settings` as they were given.
 std::vector<std::string> remarks_of(const TracksEvidence& evidence,

@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <chasles/check/camera_fit.hpp>
@@ -158,6 +160,36 @@ TEST_F(MeasuredOffset, MakesARunOfLateImagesAsGoodAsOfIntactOnes) {
     EXPECT_LT(error_from(run.estimates, walk()), 2 * intact + 0.01) << seconds;
     ASSERT_TRUE(run.estimates.back().calibration);
     EXPECT_NEAR(*run.estimates.back().calibration->time_offset, -seconds, 0.002);
+  }
+}
+
+// Samples of a mirrored gyroscope, and in other axes than the extrinsics state.
+TEST_F(MeasuredOffset, ARunTakesTheAxesOfItsSamples) {
+  const RunResult intact = chasles::run(walk(), InertialRunSettings{});
+  const Eigen::Matrix3d turn = so3::exp({0, 0, std::numbers::pi / 2}).array().round();
+  struct Case {
+    Eigen::Matrix3d rates, forces;
+    const char* remark;
+  };
+  for (const Case& c :
+       {Case{Eigen::Vector3d(1, -1, 1).asDiagonal(), Eigen::Matrix3d::Identity(),
+             "the gyroscope's y has the wrong sign"},
+        Case{turn, turn,
+             "the IMU's samples have other axes than the extrinsics state: y, -x, z"}}) {
+    Recording recording = walk();
+    for (ImuSample& s : recording.imu) {
+      s.angular_rate_imu = c.rates * s.angular_rate_imu;
+      s.specific_force_imu = c.forces * s.specific_force_imu;
+    }
+    InertialRunSettings settings;
+    const std::string remark = start(settings, recording);
+    EXPECT_NE(remark.find(c.remark), std::string::npos) << remark;
+    const RunResult run = chasles::run(recording, InertialRunSettings{});
+    ASSERT_EQ(run.estimates.size(), intact.estimates.size());
+    EXPECT_NEAR(error_from(run.estimates, walk()), error_from(intact.estimates, walk()), 1e-3);
+    const RunResult recorded =
+        chasles::run(recording, InertialRunSettings{}, {.as_recorded = true});
+    EXPECT_GT(error_from(recorded.estimates, walk()), 0.1);
   }
 }
 

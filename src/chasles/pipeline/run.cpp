@@ -206,15 +206,23 @@ RunReport run(const Recording& recording, Estimator& estimator, const FrontendSe
 
 RunResult run(const Recording& recording, const InertialRunSettings& settings,
               const RunOptions& options) {
-  InertialRunSettings of_run = settings;
-  RunOptions of_all = options;
-  if (!options.realtime) {
-    const TracksEvidence evidence = examine_tracks(recording, settings);
-    start_from_measured(of_run, evidence);
-    of_all.wrong_lens = of_all.wrong_lens || evidence.has_wrong_lens();
+  if (options.realtime || options.as_recorded) {
+    const auto estimator = make_estimator(settings, recording);
+    return collected(recording, *estimator, settings.frontend, options);
   }
-  const auto estimator = make_estimator(of_run, recording);
-  return collected(recording, *estimator, settings.frontend, of_all);
+  const TracksEvidence evidence = examine_tracks(recording, settings);
+  InertialRunSettings of_run = settings;
+  start_from_measured(of_run, evidence);
+  RunOptions of_all = options;
+  of_all.wrong_lens = of_all.wrong_lens || evidence.has_wrong_lens();
+  std::optional<Recording> mended;  // a copy only where something changes
+  if (evidence.axes || of_run.filter.readout_time) {
+    mended = recording;
+    mend(*mended, of_run.filter, evidence);
+  }
+  const Recording& of_estimator = mended ? *mended : recording;
+  const auto estimator = make_estimator(of_run, of_estimator);
+  return collected(of_estimator, *estimator, settings.frontend, of_all);
 }
 
 RunResult run(Recording recording, const VelocityRunSettings& settings) {

@@ -26,6 +26,7 @@ struct RunOptions {
   int threads = 3;                      ///< as SensorFeedOptions::threads
   std::optional<double> realtime = {};  ///< as SensorFeedOptions::realtime
   TracksPart tracks = {};               ///< those that the front end follows
+  bool as_recorded = false;             ///< without examine_tracks()
   /// The tracks contradict the stated lens (TracksEvidence): estimates that would be `ok` are
   /// degraded, with Degradation::kLens.
   bool wrong_lens = false;

@@ -159,12 +159,14 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
     return;
   }
   const std::size_t cameras = std::min<std::size_t>(recording.cameras.size(), 2);
-  const Recording part = part_with(recording, frames, cameras);
+  Recording part = part_with(recording, frames, cameras);
   const bool images = recording.images != nullptr;
   InertialRunSettings settings;
   const auto fit =
       images ? fit_camera(part.frames, part.cameras, 0, gyroscope_rates(part.imu)) : std::nullopt;
-  start_from_measured(settings, fit ? evidence_of(*fit, part.cameras, settings) : TracksEvidence{});
+  const auto evidence = fit ? evidence_of(*fit, part.cameras, settings) : TracksEvidence{};
+  start_from_measured(settings, evidence);
+  mend(part, settings.filter, evidence);
   const TrialOutcome outcome = run_filter(part, images, settings);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;

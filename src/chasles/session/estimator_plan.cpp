@@ -104,14 +104,12 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
                           Recording& recording, const StopRequest& stop) {
   // In real time nothing is known beforehand, as in a live run.
   const TracksEvidence evidence =
-      realtime(o) ? TracksEvidence{} : examine_tracks(recording, settings, stop);
+      o.as_recorded || realtime(o) ? TracksEvidence{} : examine_tracks(recording, settings, stop);
   std::ranges::move(mask_remarks(settings.frontend.mask, recording.cameras),
                     std::back_inserter(recording.remarks));
   std::ranges::move(remarks_of(evidence, settings), std::back_inserter(recording.remarks));
   start_from_measured(settings, evidence);
-  if (settings.filter.readout_time) {
-    set_readout(*settings.filter.readout_time, recording.cameras);
-  }
+  mend(recording, settings.filter, evidence);
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);

@@ -17,6 +17,7 @@ struct SessionOptions {
   std::filesystem::path trajectory, full_covariance, map, save_map;
   bool extend = false;  ///< saves into `map`
   std::string begin = "auto", estimator = "filter";
+  bool as_recorded = false;  ///< without examine_tracks()
   int threads = 3;
   bool realtime = false;
   std::optional<double> realtime_speed;
