@@ -167,7 +167,7 @@ std::optional<LensFit> lens_of(const std::vector<SeenTwice>& seen,
 }
 
 // Points in a plane leave two rotations of an image, of which the one nearer to the start is found;
-// the fit of the lens, with all images in one, tells them apart. It also has the readout, without
+// the fit of the lens, with all images in one, distinguishes them. It also has the readout, without
 // which the lines of a rolling shutter turn the images.
 void refit_from_lens(const std::vector<SeenTwice>& seen, const std::vector<StampedRate>& rates,
                      CameraFit& fit) {
