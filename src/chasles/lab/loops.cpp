@@ -99,8 +99,8 @@ class Loops {
  public:
   Loops(const LoopsSettings& settings, const InertialSlamSettings& filter, std::uint64_t run)
       : s_(settings),
-        linearisation_(filter.first_estimates ? Linearisation::kFirstEstimates
-                                              : Linearisation::kCurrent),
+        linearisation_(filter.uses_first_estimates() ? Linearisation::kFirstEstimates
+                                                     : Linearisation::kCurrent),
         random_(random_of_run(settings.seed, run)),
         points_(true_points(settings)),
         filter_(error_chart(filter.chart), initial(settings), Eigen::MatrixXd::Zero(6, 6),

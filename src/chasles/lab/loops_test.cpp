@@ -19,7 +19,7 @@ struct Means {
 FilterVariant filter(const char* chart, bool first_estimates = false) {
   FilterVariant variant{.name = chart, .settings = {}};
   variant.settings.chart = chart;
-  variant.settings.first_estimates = first_estimates;
+  variant.settings.first_estimates = first_estimates ? Toggle::kTrue : Toggle::kFalse;
   return variant;
 }
 

@@ -125,7 +125,7 @@ TEST(Calibrating, GoesWithFirstEstimatesAndEveryFormAndBeginning) {
     InertialSlamSettings settings = expecting_much();
     settings.chart = "standard";
     settings.landmarks = form;
-    settings.first_estimates = true;
+    settings.first_estimates = Toggle::kTrue;
     const Miscalibrated m = by_much(settings);
     const Trial trial = run_trial({.name = "", .settings = settings}, m.recording, m.start);
     ASSERT_TRUE(trial.calibration) << name_of(form);

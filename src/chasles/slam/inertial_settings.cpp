@@ -15,14 +15,14 @@ void validate(const InertialSlamSettings& s) {
     reject_value("first_order_transition", setting_text(s.first_order_transition),
                  "false with the chart " + s.chart + ", which is not the paper's");
   }
-  if (s.first_order_transition && s.first_estimates) {
+  if (s.first_order_transition && s.uses_first_estimates()) {
     reject_value("first_order_transition", setting_text(s.first_order_transition),
                  "false with first_estimates, which have a transition of their own");
   }
   const bool cartesian =
       s.landmarks == LandmarkForm::kCartesian && s.init == LandmarkInit::kFixedDepth;
   if (s.numeric_jacobians &&
-      (!cartesian || s.first_estimates || s.has_extrinsics() || s.has_intrinsics())) {
+      (!cartesian || s.uses_first_estimates() || s.has_extrinsics() || s.has_intrinsics())) {
     reject_value("numeric_jacobians", setting_text(s.numeric_jacobians),
                  "false, or landmarks: cartesian, init: fixed-depth, first_estimates: false, "
                  "calibrate_extrinsics: false");

@@ -56,7 +56,7 @@ struct InertialSlamSettings {
   LandmarkInit init = LandmarkInit::kMultiView;
   bool nav_attitude = false;
   double composition_interval = 0;
-  bool first_estimates = false;
+  Toggle first_estimates = Toggle::kAuto;
   bool first_order_transition = false;
   bool numeric_jacobians = false;
   Toggle keep_scale = Toggle::kAuto;
@@ -80,6 +80,16 @@ struct InertialSlamSettings {
   /// The time offset that a run starts from [s]. `auto` is decided by start_from_measured()
   /// (pipeline/measured_offset.hpp) alone, and is 0 otherwise.
   double initial_time_offset() const { return time_offset.value_or(0); }
+
+  /// First-estimates Jacobians. `auto`: where extrinsics, intrinsics or a readout are estimated.
+  /// Their corrections move the linearisation points of the pixels in every chart
+  /// (studies/cameras.md#calibration-in-the-state).
+  bool uses_first_estimates() const {
+    if (first_estimates != Toggle::kAuto) return first_estimates == Toggle::kTrue;
+    return !first_order_transition &&
+           (calibrate_extrinsics == Calibrate::kTrue || calibrate_intrinsics == Calibrate::kTrue ||
+            calibrate_readout == Calibrate::kTrue);
+  }
 
   /// Whether a part of the calibration is in the state.
   bool has_extrinsics() const { return is_in_state(calibrate_extrinsics); }
@@ -150,8 +160,11 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("composition_interval", s.composition_interval, "s",
         "interval at which the world is moved to the IMU (needs nav_attitude); 0: never",
         limits::kNonNegative);
-  visit("first_estimates", s.first_estimates, "bool",
-        "first-estimates Jacobians (for the chart standard)", limits::kAny);
+  visit(
+      "first_estimates", s.first_estimates, "choice",
+      "first-estimates Jacobians (for the chart standard); auto: where extrinsics, intrinsics or a "
+      "readout are estimated",
+      limits::kAny);
   visit(
       "first_order_transition", s.first_order_transition, "bool",
       "the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not "

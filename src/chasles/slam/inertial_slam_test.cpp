@@ -140,7 +140,7 @@ TEST(InertialSlam, FirstEstimatesMakeTheStandardChartConsistent) {
   now.settings.chart = "standard";
   FilterVariant first = now;
   first.name = "first estimates";
-  first.settings.first_estimates = true;
+  first.settings.first_estimates = Toggle::kTrue;
   const auto s = study(inertial_scene("hallway"), {now, first}, 8);
   EXPECT_GT(s[0].mean.nees_attitude, 1.4 * s[1].mean.nees_attitude);
   EXPECT_LT(s[1].nees_per_dof, 1.3);

@@ -33,7 +33,7 @@ void LandmarkUpdater::add_drift(SlamContext& x, Time since) const {
 void LandmarkUpdater::update(SlamContext& x, const Observations& observations, bool returned,
                              const StudyHooks& studies, Estimate& e) {
   linearise(x, observations, studies, e);
-  if (returned && !x.settings.first_estimates) relinearise(x);
+  if (returned && !x.settings.uses_first_estimates()) relinearise(x);
   const UpdateReport& report = x.filter.update(known_);
   e.nis = report.nis;
   e.nis_dof = report.dof;
@@ -148,7 +148,7 @@ void LandmarkUpdater::note_report(SlamContext& x, const UpdateReport& report) {
 }
 
 void LandmarkUpdater::make_cartesian(SlamContext& x) const {
-  if (x.settings.first_estimates) return;  // it would change the linearisation point
+  if (x.settings.uses_first_estimates()) return;  // it would change the linearisation point
   const auto& landmarks = x.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];

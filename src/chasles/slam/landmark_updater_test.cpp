@@ -168,7 +168,7 @@ TEST(LandmarkUpdater, AfterAReturnItIsTheIteratedFilter) {
 TEST(LandmarkUpdater, FirstEstimatesAreNotLinearisedAgain) {
   test::Random random(1);
   SlamContext x = some_context(random);
-  x.settings.first_estimates = true;
+  x.settings.first_estimates = Toggle::kTrue;
   const auto pixels = observations_after_drift(x, random);
   SlamContext once = x;
   LandmarkUpdater updater, other;

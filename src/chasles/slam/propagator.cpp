@@ -94,7 +94,7 @@ const Prediction& Propagator::predict_to(const SlamContext& x, Time time) {
   }
   Prediction& next = prediction_;
   predict(model_, state, intervals_, next);
-  if (x.settings.first_estimates) {
+  if (x.settings.uses_first_estimates()) {
     use_first_estimates(model_, state, to_seconds(time - x.now), predicted_, next);
   }
   if (state.time_offset) {

@@ -54,7 +54,8 @@ TEST(Settings, WhatDoesNotGoTogetherIsRejected) {
            "first_order_transition: found true, expected false with the chart right-sen3");
   rejected(with<InertialSlamSettings>([](auto& s) {
              s.chart = "standard";
-             s.first_order_transition = s.first_estimates = true;
+             s.first_order_transition = true;
+             s.first_estimates = Toggle::kTrue;
            }),
            "first_order_transition: found true, expected false with first_estimates");
   rejected(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),

@@ -24,7 +24,7 @@ Time SlamContext::clock(Time of_cameras) const {
 }
 
 Linearisation SlamContext::linearisation() const {
-  return settings.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
+  return settings.uses_first_estimates() ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
 }
 
 TrackNoise SlamContext::track_noise() const {
