@@ -18,13 +18,11 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include <chasles/base/processor_time.hpp>
-#include <chasles/pipeline/feature_feed.hpp>
-#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 
+#include "chain.hpp"
 #include "plain_klt.hpp"
 
 namespace chasles {
@@ -33,13 +31,22 @@ namespace {
 constexpr int kRepetitions = 7;
 constexpr int kTracks = 150;
 
-double cpu_ms() { return 1e3 * process_seconds(); }  // of all threads; the benchmark has one
+using bench::chain;
+using bench::Cost;
+using bench::cpu_ms;
+using bench::keep_least;
 
-struct Footage {
-  Recording recording;
-  std::vector<ImageFrame> frames;
+struct Footage : bench::Footage {
   bool real = false;  // from files
 };
+
+InertialRunSettings few_landmarks() {
+  InertialRunSettings settings;
+  settings.filter.max_landmarks = 50;
+  settings.filter.clones = 10;
+  settings.frontend.max_tracks = kTracks;
+  return settings;
+}
 
 Recording rendered() {
   InertialScene scene = inertial_scene("walk");
@@ -61,74 +68,8 @@ Footage footage() {
   const std::filesystem::path data = given ? given : CHASLES_SOURCE_DIR "/../shared/data";
   const auto euroc = data / "euroc/MH_01_easy_17s";
   const bool real = std::filesystem::exists(euroc);
-  Footage m{.recording = real ? read_recording(euroc) : rendered(), .frames = {}, .real = real};
   std::printf("%s images\n", real ? "MH_01's" : "rendered");
-  const ImageSource& images = *m.recording.images;
-  for (std::size_t i = 0; i < images.size(); ++i) m.frames.push_back(images.read(i));
-  return m;
-}
-
-/// Of a frame: processor time [ms], and its work.
-struct Cost {
-  double frontend = 0, filter = 0;
-  FrontendReport report;
-  Estimate estimate;
-  double all() const { return frontend + filter; }
-};
-
-std::function<std::optional<SensorEvent>()> events(const Footage& m, std::size_t cameras,
-                                                   EventStream& stream) {
-  return [&m, cameras, &stream]() -> std::optional<SensorEvent> {
-    while (auto event = stream.next()) {
-      if (auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
-      if (const auto* due = std::get_if<ImagesDue>(&*event)) {
-        ImageFrame frame = m.frames[due->index];
-        frame.images.resize(cameras);
-        return frame;
-      }
-    }
-    return std::nullopt;
-  };
-}
-
-std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
-  const std::vector<Camera> used(m.recording.cameras.begin(),
-                                 m.recording.cameras.begin() + static_cast<long>(cameras));
-  const ImuBuffer::Options imu{.convention = m.recording.imu_convention};
-  InertialSlamSettings settings;
-  settings.max_landmarks = 50;
-  settings.clones = 10;
-  const auto estimator =
-      make_estimator(for_images({.filter = settings}, cameras, *m.recording.imu_noise),
-                     {.cameras = used,
-                      .noise = *m.recording.imu_noise,
-                      .imu = imu,
-                      .pixel_sigma = kFrontendPixelSigma});
-  FrontendSettings frontend;
-  frontend.max_tracks = kTracks;
-  EventStream stream(m.recording);
-  FeatureFeed feed(events(m, cameras, stream), frontend, used, imu, false);
-  std::vector<Cost> costs;
-  Cost cost;
-  for (double before = cpu_ms();;) {
-    const auto item = feed.next();
-    const double tracked_at = cpu_ms();
-    if (!item) return costs;
-    cost.frontend += tracked_at - before;
-    const bool running = estimator->started();
-    if (const auto* sample = std::get_if<ImuSample>(&*item)) estimator->process(*sample);
-    if (const auto* tracked = std::get_if<TrackedFrame>(&*item)) {
-      cost.report = tracked->report;
-      const auto estimates = estimator->process(tracked->frame);
-      feed.note_bias(estimator->status().gyroscope_bias);
-      if (!estimates.empty()) cost.estimate = estimates.back();
-    }
-    before = cpu_ms();
-    cost.filter += before - tracked_at;
-    if (!std::holds_alternative<TrackedFrame>(*item)) continue;
-    if (running) costs.push_back(cost);
-    cost = {};
-  }
+  return {bench::footage_of(real ? read_recording(euroc) : rendered()), real};
 }
 
 /// The mean over the same number of frames at the end.
@@ -196,19 +137,11 @@ void keep_least(const std::vector<double>& more, std::vector<double>& least) {
   for (std::size_t i = 0; i < least.size(); ++i) least[i] = std::min(least[i], more[i]);
 }
 
-void keep_least(const std::vector<Cost>& more, std::vector<Cost>& least) {
-  if (least.empty()) least = more;
-  for (std::size_t i = 0; i < least.size(); ++i) {
-    least[i].frontend = std::min(least[i].frontend, more[i].frontend);
-    least[i].filter = std::min(least[i].filter, more[i].filter);
-  }
-}
-
 void measure(const Footage& m, bool stereo, bool slow) {
   std::vector<Cost> costs;
   std::vector<double> klt, files;
   for (int i = 0; i < kRepetitions; ++i) {
-    keep_least(chain(m, stereo ? 2 : 1), costs);
+    keep_least(chain(m, stereo ? 2 : 1, few_landmarks()), costs);
     keep_least(plain(m, stereo, costs.size()), klt);
     if (m.real) keep_least(reading(m, stereo ? 2 : 1, costs.size()), files);
   }
