@@ -26,11 +26,13 @@ Pass fine_pass(const FollowSettings& settings) {
           .min_correlation = static_cast<float>(settings.min_correlation)};
 }
 
-/// A prediction with a larger deformation than a rotation or a lens can cause is not used.
-Eigen::Matrix2f usable_bend(const Eigen::Matrix2d& from_A_to) {
+/// The shape of the patch on a level. A prediction with a larger deformation than a rotation or a
+/// lens can cause is not used.
+PatchShape shape_of(const Expectation& expected, float scale) {
+  const Eigen::Matrix2d from_A_to = expected.to_A_from.inverse();
   const bool usable = from_A_to.allFinite() && from_A_to.cwiseAbs().maxCoeff() < 3;
-  if (!usable) return Eigen::Matrix2f::Identity();
-  return from_A_to.cast<float>();
+  if (!usable) return {};
+  return {from_A_to.cast<float>(), expected.from_bow_to.cast<float>() / scale};
 }
 
 /// Searches for the patch of `from`, given on level 0, around `estimate`; stores the patch in
@@ -41,8 +43,8 @@ std::optional<PatchPosition> search_patch(const ImagePyramid& from, const ImageP
                                           const Pass& pass, Patch& patch) {
   const auto l = static_cast<std::size_t>(pass.level);
   const float scale = 1.0F / static_cast<float>(1 << pass.level);
-  if (!make_patch(from.levels[l], expected.from.cast<float>() * scale,
-                  usable_bend(expected.to_A_from.inverse()), window, pass.min_gradient, patch)) {
+  if (!make_patch(from.levels[l], expected.from.cast<float>() * scale, shape_of(expected, scale),
+                  window, pass.min_gradient, patch)) {
     return std::nullopt;
   }
   const auto found = align(patch, to.levels[l], estimate * scale, pass.max_steps, pass.precision);
@@ -52,12 +54,21 @@ std::optional<PatchPosition> search_patch(const ImagePyramid& from, const ImageP
 
 constexpr double kNear = 2.5;  // up to this distance, level 0 suffices [px]
 
+// (o_x^2, o_x o_y, o_y^2) of A o, as a function of that of o.
+Eigen::Matrix3d of_squares(const Eigen::Matrix2d& A) {
+  const double a = A(0, 0), b = A(0, 1), c = A(1, 0), d = A(1, 1);
+  Eigen::Matrix3d S;
+  S << a * a, 2 * a * b, b * b, a * c, a * d + b * c, b * d, c * c, 2 * c * d, d * d;
+  return S;
+}
+
 Expectation backward(const Expectation& forth, const Eigen::Vector2d& found) {
   const Eigen::Matrix2d from_A_to = forth.to_A_from.inverse();
   return {.from = found,
           .to = forth.from + from_A_to * (found - forth.to),
           .to_A_from = from_A_to,
-          .levels = (found - forth.to).norm() < kNear ? 1 : forth.levels};
+          .levels = (found - forth.to).norm() < kNear ? 1 : forth.levels,
+          .from_bow_to = -forth.to_A_from * forth.from_bow_to * of_squares(forth.to_A_from)};
 }
 
 }  // namespace

@@ -17,12 +17,16 @@ struct FollowSettings {
   double min_gradient = 1;          ///< in the weakest direction, on level 0 [grey levels/px]
 };
 
+using Bow = Eigen::Matrix<double, 2, 3>;
+
 /// The pixel whose patch is followed, and its predicted position.
 struct Expectation {
   Eigen::Vector2d from;                                     ///< in the first image [px]
   Eigen::Vector2d to;                                       ///< predicted in the second one [px]
   Eigen::Matrix2d to_A_from = Eigen::Matrix2d::Identity();  ///< d to / d from
   int levels = 1;                                           ///< of the pyramid, coarse to fine
+  /// Second-order part of `from` as a function of `to`: bow (o_x^2, o_x o_y, o_y^2) [1/px].
+  Bow from_bow_to = Bow::Zero();
 };
 
 enum class FollowOutcome { kFound, kFailed, kBackward };

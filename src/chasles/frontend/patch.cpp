@@ -196,9 +196,9 @@ float correlation_lanes(const Patch& patch, const PyramidLevel& level,
 
 template <int Lanes>
 bool make_patch_lanes(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                      const Eigen::Matrix2f& last_A_now, float min_gradient, Patch& patch) {
+                      const PatchShape& shape, float min_gradient, Patch& patch) {
   alignas(16) float ringed[(Patch::kMaxSide + 2) * (Lanes + 4)] = {};
-  sample<Lanes + 4>(level, centre, last_A_now, patch.side + 2, ringed);
+  sample<Lanes + 4>(level, centre, shape, patch.side + 2, ringed);
   fill<Lanes>(ringed, patch);
   return orthogonalise<Lanes>(min_gradient, patch);
 }
@@ -206,12 +206,12 @@ bool make_patch_lanes(const PyramidLevel& level, const Eigen::Vector2f& centre,
 }  // namespace
 
 CHASLES_VECTOR_CLONES
-bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                const Eigen::Matrix2f& last_A_now, int side, float min_gradient, Patch& patch) {
+bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre, const PatchShape& shape,
+                int side, float min_gradient, Patch& patch) {
   if (!inside(level, centre)) return false;
   patch.side = side;
-  return side <= 16 ? make_patch_lanes<16>(level, centre, last_A_now, min_gradient, patch)
-                    : make_patch_lanes<24>(level, centre, last_A_now, min_gradient, patch);
+  return side <= 16 ? make_patch_lanes<16>(level, centre, shape, min_gradient, patch)
+                    : make_patch_lanes<24>(level, centre, shape, min_gradient, patch);
 }
 
 CHASLES_VECTOR_CLONES

@@ -8,6 +8,19 @@
 
 namespace chasles {
 
+/// How a patch lies in the image that it is taken from: its pixel at offset o is the image at
+/// centre
+/// + A o + bow (o_x^2, o_x o_y, o_y^2).
+struct PatchShape {
+  Eigen::Matrix2f A = Eigen::Matrix2f::Identity();
+  Eigen::Matrix<float, 2, 3> bow = Eigen::Matrix<float, 2, 3>::Zero();  ///< [1/px]
+
+  PatchShape() = default;
+  PatchShape(const Eigen::Matrix2f& straight) : A(straight) {}  // NOLINT(*-explicit-*)
+  PatchShape(const Eigen::Matrix2f& straight, const Eigen::Matrix<float, 2, 3>& curved)
+      : A(straight), bow(curved) {}
+};
+
 /// A square patch of an image, prepared for the inverse compositional Lucas & Kanade method (Baker
 /// & Matthews, IJCV 2004). It estimates a shift under unknown gain and offset of the grey levels.
 ///
@@ -31,10 +44,10 @@ struct Patch {
 };
 
 /// Builds the patch of `side` x `side` pixels around `centre` (pixels of this level, inside the
-/// image). Its pixel at offset o is the image at centre + last_A_now * o. False if the patch has no
-/// corner: its rms gradient in the weakest direction is below `min_gradient` [grey levels/px].
-bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                const Eigen::Matrix2f& last_A_now, int side, float min_gradient, Patch& patch);
+/// image). False if the patch has no corner: its rms gradient in the weakest direction is below
+/// `min_gradient` [grey levels/px].
+bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre, const PatchShape& shape,
+                int side, float min_gradient, Patch& patch);
 
 /// Position of a patch in an image.
 struct PatchPosition {

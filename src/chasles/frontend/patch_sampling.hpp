@@ -19,6 +19,7 @@ namespace chasles::sampling {
 inline constexpr int kSlack = 2;
 /// Deformations below this at a patch's edge are neglected [px].
 inline constexpr float kMaxBend = 0.1F;
+inline constexpr float kMaxBow = 0.05F;
 /// Floats in a row of a region.
 inline constexpr int kRegion = 32;
 
@@ -99,17 +100,18 @@ inline std::uint32_t two_pixels(const std::uint8_t* left) {
   return std::endian::native == std::endian::little ? read : (read >> 8 | (read & 255) << 8);
 }
 
-/// The image at centre + A o for all o of a square of `side` pixels, any A, rows of `Lanes` floats:
-/// the slow path. It uses three loops per row: a separate loop for the scalar loads lets the
-/// compiler vectorise the other two.
-template <int Lanes>
+/// The image at centre + A o, and with `Bowed` + bow (o_x^2, o_x o_y, o_y^2), for all o of a square
+/// of `side` pixels, rows of `Lanes` floats: the slow path. It uses three loops per row: a separate
+/// loop for the scalar loads lets the compiler vectorise the other two.
+template <int Lanes, bool Bowed>
 inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                        const Eigen::Matrix2f& A, int side, float* out) {
+                        const PatchShape& shape, int side, float* out) {
   // Coordinates in the padded image are positive, so that a cast rounds down.
   constexpr auto pad = static_cast<float>(PyramidLevel::kPad);
   const float x_end = static_cast<float>(level.width) + 2 * pad - 1.01F;
   const float y_end = static_cast<float>(level.height) + 2 * pad - 1.01F;
   const int half = side / 2, stride = level.stride();
+  const Eigen::Matrix2f& A = shape.A;
   const float A_xx = A(0, 0), A_xy = A(0, 1), A_yx = A(1, 0), A_yy = A(1, 1);
   const std::uint8_t* first = level.padded.data();
   alignas(16) int index[Lanes];
@@ -117,11 +119,23 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
   alignas(16) std::uint32_t four[Lanes];
   for (int r = 0; r < side; ++r) {
     const float o_y = static_cast<float>(r - half);
-    const float row_x = centre.x() + pad + A_xy * o_y, row_y = centre.y() + pad + A_yy * o_y;
+    float row_x = centre.x() + pad + A_xy * o_y, row_y = centre.y() + pad + A_yy * o_y;
+    float by_x = A_xx, by_y = A_yx;  // of o_x in this row
+    if constexpr (Bowed) {
+      row_x += shape.bow(0, 2) * o_y * o_y;
+      row_y += shape.bow(1, 2) * o_y * o_y;
+      by_x += shape.bow(0, 1) * o_y;
+      by_y += shape.bow(1, 1) * o_y;
+    }
     for (int c = 0; c < Lanes; ++c) {
       const float o_x = static_cast<float>(c - half);
-      const float x = std::min(std::max(row_x + A_xx * o_x, 0.0F), x_end);
-      const float y = std::min(std::max(row_y + A_yx * o_x, 0.0F), y_end);
+      float at_x = row_x + by_x * o_x, at_y = row_y + by_y * o_x;
+      if constexpr (Bowed) {
+        at_x += shape.bow(0, 0) * o_x * o_x;
+        at_y += shape.bow(1, 0) * o_x * o_x;
+      }
+      const float x = std::min(std::max(at_x, 0.0F), x_end);
+      const float y = std::min(std::max(at_y, 0.0F), y_end);
       const int i = static_cast<int>(x), j = static_cast<int>(y);
       u[c] = x - static_cast<float>(i);
       v[c] = y - static_cast<float>(j);
@@ -141,14 +155,17 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
   }
 }
 
-/// The same, rows of `Lanes` floats; uses the fast path if A deforms the patch by less than
-/// kMaxBend.
+/// The same, rows of `Lanes` floats; uses the fast path if the shape deforms the patch by less than
+/// kMaxBend, and the next faster one if its bow moves the edge by less than kMaxBow.
 template <int Lanes>
 inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                   const Eigen::Matrix2f& A, int side, float* out) {
-  const float bend = (A - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff();
-  if (bend * static_cast<float>(side / 2) > kMaxBend) {
-    sample_bent<Lanes>(level, centre, A, side, out);
+                   const PatchShape& shape, int side, float* out) {
+  const float bend = (shape.A - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff();
+  const auto edge = static_cast<float>(side / 2);
+  if (shape.bow.cwiseAbs().maxCoeff() * edge * edge > kMaxBow) {
+    sample_bent<Lanes, true>(level, centre, shape, side, out);
+  } else if (bend * edge > kMaxBend) {
+    sample_bent<Lanes, false>(level, centre, shape, side, out);
   } else {
     sample_straight<Lanes>(level, centre, side, out);
   }

@@ -44,8 +44,7 @@ class PatchOfSide : public ::testing::TestWithParam<int> {};
 TEST_P(PatchOfSide, IsFoundToATwentiethOfAPixelWhateverTheGainAndOffset) {
   const ImagePyramid first = moved({0, 0}, 1, 0);
   Patch patch;
-  ASSERT_TRUE(
-      make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, patch));
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, PatchShape{}, GetParam(), 1, patch));
   for (const Eigen::Vector2d& shift : {Eigen::Vector2d(0, 0), Eigen::Vector2d(1.25, -0.6),
                                        Eigen::Vector2d(-2.4, 1.7), Eigen::Vector2d(0.5, 0.5)}) {
     for (const auto& [gain, offset] : {std::pair{1.0, 0.0}, {0.6, 20.0}, {1.15, -12.0}}) {
@@ -74,14 +73,39 @@ TEST_P(PatchOfSide, IsFoundInATurnedImageIfBentAlike) {
   Patch bent, straight;
   const Eigen::Matrix2f last_A_now = now_R_last.transpose().cast<float>();
   ASSERT_TRUE(make_patch(first.levels[0], kCentre, last_A_now, GetParam(), 1, bent));
-  ASSERT_TRUE(
-      make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, straight));
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, PatchShape{}, GetParam(), 1, straight));
   const Eigen::Vector2f start = kCentre + Eigen::Vector2f(0.8F, -0.7F);
   const auto found = align(bent, turned.levels[0], start, 20, 0.005F);
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - kCentre).norm(), 0.05F);
   EXPECT_GT(found->correlation, 0.99F);
   EXPECT_LT(correlation(straight, turned.levels[0], kCentre), 0.8F);
+}
+
+// Lines of the first image are parabolas in the second one.
+TEST_P(PatchOfSide, IsFoundWhereItsLinesAreBowed) {
+  const ImagePyramid first = moved({0, 0}, 1, 0);
+  const Eigen::Vector2d centre = kCentre.cast<double>();
+  const ImagePyramid bowed = image_of([&](double x, double y) {
+    const Eigen::Vector2d o = Eigen::Vector2d(x, y) - centre;
+    const Eigen::Vector2d p =
+        centre + o +
+        Eigen::Vector2d(0.008 * o.y() * o.y(), 0.006 * o.x() * o.x() + 0.005 * o.x() * o.y());
+    return picture(p.x(), p.y());
+  });
+  PatchShape shape;
+  shape.bow << 0, 0, 0.008F, 0.006F, 0.005F, 0;
+  Patch curved, straight;
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, shape, GetParam(), 1, curved));
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, PatchShape{}, GetParam(), 1, straight));
+  const Eigen::Vector2f start = kCentre + Eigen::Vector2f(0.4F, -0.3F);
+  const auto found = align(curved, bowed.levels[0], start, 20, 0.005F);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->centre - kCentre).norm(), 0.05F);
+  EXPECT_GT(found->correlation, 0.99F);
+  const auto biased = align(straight, bowed.levels[0], start, 20, 0.005F);
+  if (GetParam() < 11) return;
+  EXPECT_TRUE(!biased || (biased->centre - kCentre).norm() > 0.1F);
 }
 
 class BendOfSide : public PatchOfSide {};
@@ -111,8 +135,7 @@ TEST_P(BendOfSide, LearnsHowTheImageIsBentUnderIt) {
         << bend;
   }
   Patch patch;
-  ASSERT_TRUE(
-      make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, patch));
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, PatchShape{}, GetParam(), 1, patch));
   EXPECT_FALSE(deformation(patch, first.levels[0], {-1, 40}));
   EXPECT_FALSE(deformation(patch, image_of([](double, double) { return 77.0; }).levels[0], kCentre))
       << "no patch there, so no gain";
@@ -124,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(Sides, BendOfSide, ::testing::Values(15, 17, 23));
 TEST(Patch, WithoutTwoDirectionsOfTextureIsNone) {
   Patch patch;
   const auto make = [&](const ImagePyramid& image) {
-    return make_patch(image.levels[0], kCentre, Eigen::Matrix2f::Identity(), 15, 1, patch);
+    return make_patch(image.levels[0], kCentre, PatchShape{}, 15, 1, patch);
   };
   EXPECT_FALSE(make(image_of([](double, double) { return 77.0; })));
   EXPECT_FALSE(make(image_of([](double x, double) { return 128 + 100 * std::sin(0.4 * x); })));
@@ -151,7 +174,7 @@ TEST(Patch, InTheCornersOfTheImageIsReadFromThePadding) {
   for (const Eigen::Vector2f& corner : {Eigen::Vector2f(0, 0), Eigen::Vector2f(119, 0),
                                         Eigen::Vector2f(0, 89), Eigen::Vector2f(119, 89)}) {
     Patch patch;
-    ASSERT_TRUE(make_patch(image.levels[0], corner, Eigen::Matrix2f::Identity(), 23, 0, patch));
+    ASSERT_TRUE(make_patch(image.levels[0], corner, PatchShape{}, 23, 0, patch));
     EXPECT_GT(correlation(patch, image.levels[0], corner), 0.999F);
     Eigen::Matrix2f stretched = 2.5F * Eigen::Matrix2f::Identity();
     EXPECT_TRUE(make_patch(image.levels[0], corner, stretched, 23, 0, patch));

@@ -56,6 +56,13 @@ class BestTwo {
   std::array<Candidate, 2> best_;
 };
 
+// Of the patch of the query, around a pixel of the other camera.
+Bow bow_at(const StereoViews& views, const Eigen::Vector2d& other_pixel,
+           const StereoMatchSettings& settings) {
+  return transfer_bow(views.first, views.other, views.other_T_first.R, other_pixel,
+                      settings.follow.window / 2);
+}
+
 std::array<Candidate, 2> search(const StereoViews& views, const StereoQuery& query,
                                 const StereoMatchSettings& settings) {
   const std::size_t l = std::min({std::size_t{kSearchLevel}, views.first_image.levels.size() - 1,
@@ -64,10 +71,13 @@ std::array<Candidate, 2> search(const StereoViews& views, const StereoQuery& que
   BestTwo best;
   Patch patch;
   const std::optional<Transfer> far = transfer(query.ray, 0, views.other_T_first, views.other);
-  const Eigen::Matrix2f A =
-      far ? far->to_A_from.inverse().cast<float>().eval() : Eigen::Matrix2f::Identity();
-  if (!A.allFinite() || A.cwiseAbs().maxCoeff() > 3 ||
-      !make_patch(views.first_image.levels[l], query.pixel.cast<float>() * scale, A,
+  PatchShape shape;
+  if (far) {
+    shape = {far->to_A_from.inverse().cast<float>(),
+             bow_at(views, far->pixel, settings).cast<float>() / scale};
+  }
+  if (!shape.A.allFinite() || shape.A.cwiseAbs().maxCoeff() > 3 ||
+      !make_patch(views.first_image.levels[l], query.pixel.cast<float>() * scale, shape,
                   settings.follow.window, 0.5F, patch)) {
     return best.take();
   }
@@ -97,7 +107,8 @@ std::optional<Scored> try_depth(const StereoViews& views, const StereoQuery& que
                                    {.from = query.pixel,
                                     .to = expected->pixel,
                                     .to_A_from = expected->to_A_from,
-                                    .levels = levels},
+                                    .levels = levels,
+                                    .from_bow_to = bow_at(views, expected->pixel, settings)},
                                    settings.follow);
   if (followed.outcome != FollowOutcome::kFound) return std::nullopt;
   const auto match = triangulate_match(views, query.ray, followed.pixel,

@@ -8,6 +8,7 @@
 #include <chasles/frontend/coverage.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/frontend/stereo_match.hpp>
+#include <chasles/frontend/view_transfer.hpp>
 
 namespace chasles::test {
 namespace {
@@ -29,6 +30,7 @@ class StereoInARoom {
     int found = 0;            ///< matches
     int right = 0;            ///< matches within a pixel of the truth
     double median_error = 0;  ///< of the correct ones [px]
+    double outwards = 0;      ///< mean error of the correct ones, from the principal point [px]
     double worst_depth =
         0;  ///< largest relative error of a correct match's inverse depth, beyond noise
   };
@@ -49,11 +51,14 @@ class StereoInARoom {
       if (error > 1) continue;
       ++result.right;
       errors.push_back(error);
+      const Eigen::Vector2d out = *truth - Eigen::Vector2d(rig_[1].cx, rig_[1].cy);
+      result.outwards += out.normalized().dot(match->pixel - *truth);
       const Eigen::Vector3d p = world_T_cam_[0].inverse() * in_.hit(world_T_cam_[0], ray->ray);
       const double depth = is_ahead(p) ? p.z() : p.norm();
       result.worst_depth = std::max(result.worst_depth, std::abs(match->inverse_depth * depth - 1));
     }
     if (errors.empty()) return result;
+    result.outwards /= static_cast<double>(errors.size());
     std::nth_element(errors.begin(), errors.begin() + errors.size() / 2, errors.end());
     result.median_error = errors[errors.size() / 2];
     return result;
@@ -91,6 +96,40 @@ TEST(StereoMatch, CamerasBackToBackShareTheirRims) {
   EXPECT_GE(score.right, 0.98 * score.found) << score.found;
   EXPECT_GE(score.right, 0.9 * score.visible) << score.visible;
   EXPECT_LT(score.median_error, 0.1);
+  // Lines bend to different sides there (transfer_bow): otherwise all matches are too far in.
+  EXPECT_NEAR(score.outwards, 0, 0.02);
+}
+
+TEST(TransferBow, IsTheSecondOrderPartOfThePixels) {
+  Camera front = fisheye_camera(), back = fisheye_camera();
+  back.cam_T_imu.R = so3::exp({0.1, std::numbers::pi, 0.2});
+  const Eigen::Matrix3d back_R_front = back.cam_T_imu.R * front.cam_T_imu.R.transpose();
+  const auto seen = [&](const Eigen::Vector2d& pixel) {
+    const auto direction = bearing(back, pixel);
+    return project(front, 100 * (back_R_front.transpose() * direction->bearing))->pixel;
+  };
+  const auto at_rim = project(back, 100 * Eigen::Vector3d(0.3, 1, 0.02));
+  ASSERT_TRUE(at_rim);
+  const Eigen::Vector2d pixel = at_rim->pixel;
+  const auto bow = transfer_bow(front, back, back_R_front, pixel, 3);
+  EXPECT_GT(bow.cwiseAbs().maxCoeff(), 1e-3);
+  Eigen::Matrix2d A;
+  constexpr double kStep = 0.01;
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(i);
+    A.col(i) = (seen(pixel + step) - seen(pixel - step)) / (2 * kStep);
+  }
+  for (const Eigen::Vector2d& o : {Eigen::Vector2d(5, 0), Eigen::Vector2d(0, 6),
+                                   Eigen::Vector2d(-4, 3), Eigen::Vector2d(4, 5)}) {
+    const Eigen::Vector2d linear = seen(pixel) + A * o;
+    const Eigen::Vector2d squares =
+        bow * Eigen::Vector3d(o.x() * o.x(), o.x() * o.y(), o.y() * o.y());
+    EXPECT_LT((seen(pixel + o) - linear - squares).norm(),
+              0.1 * (seen(pixel + o) - linear).norm() + 1e-3)
+        << o.transpose();
+  }
+  EXPECT_LT(transfer_bow(front, front, Eigen::Matrix3d::Identity(), pixel, 3).norm(), 1e-9);
+  EXPECT_TRUE(transfer_bow(front, back, back_R_front, {-1e4, 0}, 3).isZero()) << "no direction";
 }
 
 TEST(StereoMatch, FindsTheCornersOfARoomWithoutAnyDepthGiven) {

@@ -22,4 +22,13 @@ struct Transfer {
 std::optional<Transfer> transfer(const WideRay& from, double inverse_depth, const SE3& to_T_from,
                                  const Camera& to);
 
+/// The second-order part of the pixels of camera `from` around a pixel of camera `to`, for points
+/// at infinity: bow (o_x^2, o_x o_y, o_y^2) at offset o in `to`, by differences over `reach` [px].
+/// Zero where one of the pixels has no direction or no projection. It is large where two cameras
+/// look into different directions: lines bend to different sides at the rims of cameras back to
+/// back.
+Eigen::Matrix<double, 2, 3> transfer_bow(const Camera& from, const Camera& to,
+                                         const Eigen::Matrix3d& to_R_from,
+                                         const Eigen::Vector2d& pixel, double reach);
+
 }  // namespace chasles
