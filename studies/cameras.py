@@ -4,12 +4,14 @@ studies/cameras.md between its markers.
 
 rolling      rendered walks and flights, 10 seeds of each: a readout that is known, measured from the images, or
              taken for a global shutter. It renders to out/cameras, which takes 40 minutes on two cores.
+wide         rendered walks and flights, 10 seeds of each: fisheyes and rigs. An hour on two cores.
 calibration  simulated walks, 100 runs, with a wrong calibration that is known, estimated or considered.
 real         the recordings of EuRoC and KITTI with the published calibration known, estimated or considered.
 
 Without a name it makes all. Needs NumPy."""
 
 import concurrent.futures
+import gzip
 import os
 import pathlib
 import shutil
@@ -26,17 +28,17 @@ from studies.program import (DATA, EUROC, LOST, ROOT, Argument, Json, assignment
 
 OUT = ROOT / "out/cameras"
 PAGE = ROOT / "studies/cameras.md"
-MARKERS = {PAGE: ("rolling", "calibration", "real")}
+MARKERS = {PAGE: ("rolling", "wide", "calibration", "real")}
 SEEDS = range(1, 11)
 WORKERS = int(os.environ.get("WORKERS", "2"))
 LENS: Json = {"image_width": 752, "image_height": 480, "focal_length": 458, "center_u": 375.5, "center_v": 239.5}
 MOTIONS: dict[str, tuple[str, list[Argument], Json]] = {
     "walk": ("walk", [], {"walk_duration": 20}),
-    "flight": ("trajectory", ["--path", EUROC / "imu_gt/V1_02_medium_imu.csv.gz"], {
+    "flight": ("trajectory", ["--path", OUT / "V1_02_medium_imu.csv"], {
         **LENS, "frame_rate": 20, "imu_rate": 200, "accelerometer_noise_density": 2e-3,
         "gyroscope_noise_density": 1.7e-4}),
 }
-FLIGHT: list[Argument] = ["--stop", 25]
+FLIGHT_SECONDS = 26  # of the path
 # Readouts [s] and estimators, from simulated tracks and from rendered images.
 TRACKS = (0, 0.005, 0.02, 0.033), ("filter", "window:20", "batch")
 IMAGES = (0, 0.02), ("filter", "window:20")
@@ -60,6 +62,17 @@ def scores(summaries: typing.Sequence[Json | None]) -> list[str]:
     return [number(statistics.mean(ate), 4), number(statistics.mean(nees), 2, per=6), str(len(summaries) - len(kept))]
 
 
+def beginning(name: str, seconds: float) -> None:
+    """The first seconds of a recording of EuRoC's samples with its truth beside it."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    for kind in ("imu", "gt"):
+        with gzip.open(EUROC / f"imu_gt/{name}_{kind}.csv.gz", "rt") as table:
+            lines = table.readlines()
+        times = [int(line.split(",")[0]) if line[0].isdigit() else 0 for line in lines]
+        last = next(time for time in times if time > 0) + 1e9 * seconds
+        (OUT / f"{name}_{kind}.csv").write_text("".join(line for line, time in zip(lines, times) if time < last))
+
+
 def unstated(recording: pathlib.Path) -> pathlib.Path:
     """A recording that says nothing of its shutter."""
     other = recording.with_name(recording.name + "-unstated")
@@ -77,14 +90,13 @@ def of_seed(motion: str, readout: float, images: bool, seed: int) -> dict[str, J
     settings = settings | {"seed": seed, "readout_time": readout}
     chasles("simulate", scene, *more, *sets(*assignments(settings)), *["--images"] * images, "--run", seed,
             "--threads", 1, "--quiet", "-o", recording)
-    part = FLIGHT if motion == "flight" else []
     names = (IMAGES if images else TRACKS)[1]
-    runs = {name: run(recording, name.replace(":", ""), "--estimator", name, *part) for name in names}
+    runs = {name: run(recording, name.replace(":", ""), "--estimator", name) for name in names}
     if readout > 0:
-        runs["ignored"] = run(recording, "ignored", "--set", "readout_time=0", *part)
+        runs["ignored"] = run(recording, "ignored", "--set", "readout_time=0")
     if readout > 0 and images:
         other = unstated(recording)
-        runs["measured"] = run(other, "measured", *part)
+        runs["measured"] = run(other, "measured")
         shutil.rmtree(other)
     shutil.rmtree(recording)
     return runs
@@ -92,6 +104,7 @@ def of_seed(motion: str, readout: float, images: bool, seed: int) -> dict[str, J
 
 def rolling() -> str:
     rows = []
+    beginning("V1_02_medium", FLIGHT_SECONDS)
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
         for images in (True, False):
             for motion in MOTIONS:
@@ -102,6 +115,40 @@ def rolling() -> str:
                                      *scores([one[name] for one in runs])])
                         print(*rows[-1], flush=True)
     return pages.table(["from", "motion", "readout ms", "run", "ATE m", "NEES pose / 6", "lost"], rows)
+
+
+SQUARE: Json = {"image_width": 640, "image_height": 640, "center_u": 319.5, "center_v": 319.5}
+FOUR_THIRDS: Json = {"image_width": 640, "image_height": 480, "center_u": 319.5, "center_v": 239.5}
+RIGS: dict[str, Json] = {
+    "pinhole of 90 deg": FOUR_THIRDS | {"focal_length": 320},
+    "pair of them": FOUR_THIRDS | {"focal_length": 320, "cameras": 2, "baseline": 0.11},
+    "ring of four": FOUR_THIRDS | {"focal_length": 320, "cameras": 4, "rig": "ring"},
+    "fisheye of 190 deg": SQUARE | {"focal_length": 193, "distortion": "equidistant"},
+    "two of 200 deg, back to back": SQUARE | {"focal_length": 183, "distortion": "equidistant", "cameras": 2,
+                                              "rig": "back-to-back", "baseline": 0.03},
+}
+
+
+def of_rig(motion: str, rig: str, seed: int) -> Json | None:
+    scene, more, settings = MOTIONS[motion]
+    recording = OUT / f"{motion}-{seed}-{rig.replace(' ', '-')}"
+    shutil.rmtree(recording, ignore_errors=True)
+    chasles("simulate", scene, *more, *sets(*assignments(settings | RIGS[rig] | {"seed": seed})), "--images", "--run",
+            seed, "--threads", 1, "--quiet", "-o", recording)
+    summary = run(recording, "rig")
+    shutil.rmtree(recording)
+    return summary
+
+
+def wide() -> str:
+    rows = []
+    beginning("V1_02_medium", FLIGHT_SECONDS)
+    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+        for motion in MOTIONS:
+            for rig in RIGS:
+                rows.append([motion, rig, *scores(list(pool.map(lambda seed: of_rig(motion, rig, seed), SEEDS)))])
+                print(*rows[-1], flush=True)
+    return pages.table(["motion", "cameras", "ATE m", "NEES pose / 6", "lost"], rows)
 
 
 # Sigmas of the errors of the stated calibration: rotation [rad], position [m], focal length [1], principal point [px],
@@ -242,7 +289,7 @@ def real() -> str:
         pages.table(["recording", "parameter", "estimate minus stated", "sigma"], found)])
 
 
-TABLES = {"rolling": rolling, "calibration": calibration, "real": real}
+TABLES = {"rolling": rolling, "wide": wide, "calibration": calibration, "real": real}
 
 
 def main() -> None:
