@@ -67,6 +67,7 @@ class StatePredictor {
     Matrix15d covariance;
   };
   Step moved(Step step, Time to);
+  void find_intervals(Time from, Time to);
   void extend();
   static ImuBuffer::Options of_screened(ImuBuffer::Options imu) {
     imu.screened = true;
@@ -80,6 +81,7 @@ class StatePredictor {
   TimeGaps gaps_;
   std::optional<Time> after_gap_;  ///< of the first sample after the last gap
   std::vector<Step> steps_;  ///< the estimate, then one for each sample since; empty: no estimate
+  std::optional<ImuCorrection> correction_;  ///< of the estimate; its errors are neglected
   std::vector<ImuInterval> intervals_;
 };
 
