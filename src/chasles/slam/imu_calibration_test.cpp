@@ -4,6 +4,7 @@
 
 #include <chasles/eval/chi2.hpp>
 #include <chasles/eval/nees.hpp>
+#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/imu/imu_correction_testing.hpp>
 #include <chasles/initialise/static_start.hpp>
 #include <chasles/numeric/random.hpp>
@@ -94,6 +95,33 @@ TEST(ImuCalibration, IsEstimatedOrConsideredConsistently) {
   }
   EXPECT_GT(wrong.pose_nees, 2);
   EXPECT_LT(estimated.ate, 1.2 * exact.ate);
+}
+
+// In each chart, with the transitions of the papers, composition, first estimates, and beside a
+// time offset.
+TEST(ImuCalibration, GoesWithEveryChart) {
+  const Recording right = simulate_inertial(shaken(1), 4);
+  const ImuCorrection errors = drawn_errors({}, 4);
+  const Recording recording = recorded_with(errors, right);
+  const auto nees = [&](const InertialSlamSettings& settings) {
+    const Trial trial = run_trial({.name = "", .settings = settings}, recording,
+                                  draw_start(recording, settings, 1, 4));
+    EXPECT_FALSE(trial.diverged);
+    EXPECT_LT(averages(trial).ate_posyaw, 0.1);
+    return nees_of(errors, *trial.calibration);
+  };
+  for (const ErrorChart& chart : error_charts()) {
+    InertialSlamSettings settings = with_imu(Calibrate::kTrue);
+    settings.chart = chart.name;
+    settings.nav_attitude = settings.first_order_transition = chart.name != kRightSen3Chart.name;
+    settings.composition_interval = settings.nav_attitude ? 0.5 : 0;
+    settings.calibrate_time_offset = Calibrate::kTrue;
+    EXPECT_LT(nees(settings), chi2_quantile(0.9995, 24)) << chart.name;
+  }
+  InertialSlamSettings settings = with_imu(Calibrate::kTrue);
+  settings.chart = "standard";
+  settings.first_estimates = true;
+  EXPECT_LT(nees(settings), chi2_quantile(0.9995, 24));
 }
 
 // The start of corrected samples differs from that of measured ones by its derivative.
