@@ -247,20 +247,21 @@ class FilterSettings(TypedDict, total=False):
     """initial sigma of that bias [rad/s]; default 0.005236"""
     calibrate_extrinsics: Literal['auto', 'false', 'true', 'considered']
     """estimate the extrinsics of each camera, starting from the recording's calibration; considered: only count their
-    uncertainty; default false"""
+    uncertainty; auto: false; default false"""
     initial_extrinsic_rotation_sigma: float
     """initial sigma of the rotation about each axis [rad]; default 0.02"""
     initial_extrinsic_translation_sigma: float
     """initial sigma of the translation along each axis [m]; default 0.02"""
-    calibrate_time_offset: Literal['auto', 'true', 'false']
-    """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
+    calibrate_time_offset: Literal['auto', 'false', 'true', 'considered']
+    """estimate the cameras' time offset, starting from time_offset; considered: only count its uncertainty; auto: the
+    filter estimates it with images; default auto"""
     time_offset: Union[float, Literal['auto'], None]
     """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
     recording show, where that is beyond 10 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
     calibrate_intrinsics: Literal['auto', 'false', 'true', 'considered']
-    """the same for focal lengths, principal point and lens of each camera; default false"""
+    """calibrate_extrinsics for focal lengths, principal point and lens of each camera; auto: false; default false"""
     initial_focal_sigma: float
     """initial sigma of a focal length, over itself; default 0.004"""
     initial_principal_point_sigma: float
@@ -275,6 +276,16 @@ class FilterSettings(TypedDict, total=False):
     auto"""
     initial_readout_sigma: float
     """initial sigma of a readout time [s]; default 0.001"""
+    calibrate_imu: Literal['auto', 'false', 'true', 'considered']
+    """calibrate_extrinsics for scales, misalignments and g-sensitivity of the IMU, on top of its stated intrinsics;
+    auto: false; default false"""
+    initial_imu_scale_sigma: float
+    """initial sigma of the scale of each axis of accelerometer and gyroscope; 0: known; default 0.005"""
+    initial_imu_misalignment_sigma: float
+    """initial sigma of each angle by which these axes are misaligned; 0: known [rad]; default 0.002"""
+    initial_g_sensitivity_sigma: float
+    """initial sigma of what a specific force along each axis adds to each angular rate; 0: none [rad/s/(m/s^2)];
+    default 0.0002"""
     depth_rule: str
     """depth of an undelayed landmark initialisation: constant, as the next settings have it, or a rule that the program
     has registered (docs/python.md); default constant"""

@@ -88,7 +88,7 @@ TEST(Ros1Parameters, TheOthersAreSettings) {
   EXPECT_EQ(settings.filter.chart, "standard");
   EXPECT_EQ(settings.start.heading, 0.1);
   EXPECT_EQ(settings.filter.max_landmarks, 30);
-  EXPECT_EQ(settings.filter.calibrate_time_offset, Toggle::kFalse);
+  EXPECT_EQ(settings.filter.calibrate_time_offset, Calibrate::kFalse);
 }
 
 TEST(Ros1Parameters, OfWrongNamesTheNearestIsNamed) {

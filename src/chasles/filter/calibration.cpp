@@ -16,6 +16,7 @@ std::optional<Calibration> calibration_of(const Ekf& filter) {
       .imu_T_camera = x.imu_T_camera,
       .time_offset = x.time_offset,
       .intrinsics = x.intrinsics,
+      .imu = x.imu,
       .covariance = filter.covariance().block(x.calibration_row(), x.calibration_row(), n, n)};
 }
 

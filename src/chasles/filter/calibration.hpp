@@ -9,22 +9,25 @@
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
-/// Camera extrinsics, intrinsics and time offset as random constants of the state
-/// (docs/inertial.md, section 6).
+/// Camera extrinsics, intrinsics, time offset and the IMU's parameters as random constants of the
+/// state (docs/inertial.md, section 6).
 namespace chasles {
 
 /// Estimated calibration of the sensors. The errors are, in this order: those of every
 /// imu_T_camera, 6 each, R = Exp(phi) Rhat and p = phat + dp in IMU axes [rad, m]; that of the time
-/// offset [s]; and those of the intrinsics, as in Intrinsics.
+/// offset [s]; those of the intrinsics, as in Intrinsics; and those of the IMU's parameters.
 struct Calibration {
   std::vector<SE3> imu_T_camera;      ///< maps camera to IMU coordinates; empty: not estimated
   std::optional<double> time_offset;  ///< camera clock + time_offset = IMU clock [s]
   std::vector<Intrinsics> intrinsics = {};  ///< of every camera; empty: not estimated
+  std::optional<ImuCorrection> imu = {};    ///< none: known
   Eigen::MatrixXd covariance = {};
 
   int time_offset_row() const { return 6 * static_cast<int>(imu_T_camera.size()); }
   /// The first row of the intrinsics.
   int intrinsics_row() const { return time_offset_row() + (time_offset ? 1 : 0); }
+  /// The first row of the IMU's parameters, with `imu`.
+  int imu_row() const { return static_cast<int>(covariance.rows()) - imu->size(); }
 };
 
 /// The intrinsics that a camera states.
@@ -52,7 +55,7 @@ IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Came
                                            const Eigen::Vector2d& pixel,
                                            const Eigen::Vector3d& p_cam, double w);
 
-/// The filter's calibration estimate; none if it estimates neither.
+/// The filter's calibration estimate; none if nothing of it is in the state.
 std::optional<Calibration> calibration_of(const Ekf& filter);
 
 /// The camera with the extrinsics of the state; unchanged if they are not estimated. `index`: into

@@ -16,6 +16,15 @@ InertialState inertial_state(const State& x) {
           .gyroscope_bias = x.additive.tail<3>()};
 }
 
+// The effect of the IMU's parameters on the motion. An error of a corrected sample acts like one of
+// the bias with the other sign.
+using ByImu = Eigen::Matrix<double, 9, Eigen::Dynamic, 0, 9, ImuCorrection::kMost>;
+void move_on(const ImuCorrection& imu, const ImuInterval& measured, const Matrix15d& F,
+             ByImu& by_imu) {
+  const auto by_sample = imu.derivative(measured.specific_force_imu, measured.angular_rate_imu);
+  by_imu = (F.topLeftCorner<9, 9>() * by_imu - F.topRightCorner<9, 6>() * by_sample).eval();
+}
+
 }  // namespace
 
 Vector3d gravity_world(const InertialModel& model, const State& x) {
@@ -37,7 +46,9 @@ void predict(const InertialModel& model, const State& x, std::span<const ImuInte
   Matrix15d F = Matrix15d::Identity();
   Matrix15d Q = Matrix15d::Zero();
   Eigen::Matrix<double, 15, 3> d_gravity = Eigen::Matrix<double, 15, 3>::Zero();
-  for (const ImuInterval& interval : intervals) {
+  ByImu by_imu = ByImu::Zero(9, x.imu ? x.imu->size() : 0);
+  for (const ImuInterval& measured : intervals) {
+    const ImuInterval interval = x.imu ? corrected(*x.imu, measured) : measured;
     StrapdownStep step = strapdown(state, interval, gravity, model.noise);
     if (model.first_order) {
       linearise_to_first_order(*model.first_order, state, interval, gravity, model.noise, step);
@@ -46,6 +57,7 @@ void predict(const InertialModel& model, const State& x, std::span<const ImuInte
     F = (step.F * F).eval();
     Q = (step.F * Q * step.F.transpose() + step.Q).eval();
     d_gravity = (step.F * d_gravity + step.d_gravity).eval();
+    if (x.imu) move_on(*x.imu, measured, step.F, by_imu);
   }
 
   const int n = x.core_size();
@@ -63,6 +75,7 @@ void predict(const InertialModel& model, const State& x, std::span<const ImuInte
   };
   embed(F, result.F);
   embed(Q, result.Q);
+  if (x.imu) result.F.block(0, x.imu_row(), 9, x.imu->size()) = by_imu;
   if (x.nav_T_world) {
     result.F.block<9, 3>(0, x.nav_row()) =
         d_gravity.topRows<9>() * x.nav_T_world->R.transpose() * hat(model.gravity_nav);

@@ -35,7 +35,9 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
 /// The mean after some intervals and its linearisation as one step, so that the correlations of the
 /// landmarks are updated once, regardless of the number of samples. F and Q are the exact products
 /// of those of strapdown(), or of those to first order (InertialModel::first_order). An error psi
-/// of the world's attitude changes gravity by R_nav^T [g]x psi (K&S, eq. 24).
+/// of the world's attitude changes gravity by R_nav^T [g]x psi (K&S, eq. 24). Where the state has
+/// parameters of the IMU, the intervals are corrected by them, and F has their columns
+/// (docs/derivations.md, D66).
 Prediction predict(const InertialModel& model, const State& x,
                    std::span<const ImuInterval> intervals);
 /// The same into an existing prediction; allocates no heap memory if it has the right size.

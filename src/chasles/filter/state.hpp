@@ -10,6 +10,7 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/lens_coefficients.hpp>
 #include <chasles/camera/rolling_shutter.hpp>
+#include <chasles/imu/imu_correction.hpp>
 #include <chasles/lie/se3.hpp>
 
 namespace chasles {
@@ -96,13 +97,14 @@ struct HomogeneousPoint {
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if present | nav_T_world 6, if present:
 ///     rotation, position | additive | imu_T_camera 6 each, if present: rotation, position |
-///     time_offset 1, if present | intrinsics, 6 a block, if present | landmarks, 3 each, clones, 6
-///     each, and the shared errors and landmarks of a considered map, in order of addition ]
+///     time_offset 1, if present | intrinsics, 6 a block, if present | imu, if present |
+///     landmarks, 3 each, clones, 6 each, and the shared errors and landmarks of a considered map,
+///     in order of addition ]
 ///
 /// where the part before the landmarks is called the core. The error chart (error_chart.hpp)
-/// defines the error coordinates. In all charts the errors of `additive` and of the time offset are
-/// additive. The errors of nav_T_world and of each imu_T_camera are R = Exp(psi) Rhat, p = phat +
-/// dp (Kleinert & Stilla, eq. 17), in nav axes and IMU axes respectively.
+/// defines the error coordinates. In all charts the errors of `additive`, of the time offset and of
+/// the IMU's parameters are additive. The errors of nav_T_world and of each imu_T_camera are R =
+/// Exp(psi) Rhat, p = phat + dp (Kleinert & Stilla, eq. 17), in nav axes and IMU axes respectively.
 ///
 /// With a time_offset, world_T_imu, v_world and the clones refer to the instants at which the
 /// images were taken, regardless of the offset (calibration.hpp).
@@ -114,6 +116,7 @@ struct State {
   std::vector<SE3> imu_T_camera = {};  ///< of every camera; empty: not estimated
   std::optional<double> time_offset = {};   ///< camera clock + time_offset = IMU clock [s]
   std::vector<Intrinsics> intrinsics = {};  ///< of every camera; empty: not estimated
+  std::optional<ImuCorrection> imu = {};    ///< parameters of the IMU; none: known
   std::vector<Landmark> landmarks = {};     ///< not retired; rows rise
   std::vector<Clone> clones = {};           ///< rows rise
   std::optional<ConsideredMap> considered = {};
@@ -126,7 +129,7 @@ struct State {
   int calibration_size() const {
     int size = 6 * static_cast<int>(imu_T_camera.size()) + (time_offset ? 1 : 0);
     for (const Intrinsics& one : intrinsics) size += 6 * one.blocks();
-    return size;
+    return size + (imu ? imu->size() : 0);
   }
   /// First row of a camera's six errors; none if they are not estimated.
   std::optional<int> camera_row(int camera) const {
@@ -144,6 +147,8 @@ struct State {
     return row;
   }
   int core_size() const { return calibration_row() + calibration_size(); }
+  /// First row of the errors of the IMU's parameters, the last ones of the core; with `imu`.
+  int imu_row() const { return core_size() - imu->size(); }
   /// All rows.
   int size() const {
     int rows = core_size();

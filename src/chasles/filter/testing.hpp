@@ -116,6 +116,9 @@ inline double distance(const State& x, const State& y) {
     d = std::max(d, distance(x.imu_T_camera[i], y.imu_T_camera[i]));
   }
   if (x.time_offset) d = std::max(d, std::abs(*x.time_offset - *y.time_offset));
+  if (x.imu) {
+    d = std::max(d, (x.imu->parameters() - y.imu->parameters()).cwiseAbs().maxCoeff());
+  }
   for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
     const Eigen::Vector3d between = x.landmarks[i].parameters() - y.landmarks[i].parameters();
     d = std::max(d, between.cwiseAbs().maxCoeff());

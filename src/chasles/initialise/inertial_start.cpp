@@ -23,6 +23,9 @@ InertialStart turned(InertialStart start, double angle) {
   start.v_nav = turn * start.v_nav;
   if (!start.covariance) return start;
   for (const int row : {0, 3, 6}) {
+    if (start.by_imu.size() > 0) {
+      start.by_imu.middleRows<3>(row) = (turn * start.by_imu.middleRows<3>(row)).eval();
+    }
     start.covariance->middleRows<3>(row) = (turn * start.covariance->middleRows<3>(row)).eval();
     start.covariance->middleCols<3>(row) =
         (start.covariance->middleCols<3>(row) * turn.transpose()).eval();

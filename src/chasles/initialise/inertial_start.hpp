@@ -23,6 +23,9 @@ struct InertialStart {
   /// define nav, so their rows are 0, except for position_sigma and heading_sigma of
   /// InitialiserSettings.
   std::optional<Matrix15d> covariance = {};
+  /// The derivative of these errors by those of the IMU's parameters, 15 x their number; empty:
+  /// they do not depend on them. The covariance is that for given parameters.
+  Eigen::MatrixXd by_imu = {};
   /// Estimate of the calibration that the settings estimate; none: that of the recording and the
   /// settings.
   std::optional<Calibration> calibration = {};

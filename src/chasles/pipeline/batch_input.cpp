@@ -20,12 +20,12 @@ Eigen::Matrix<double, 3, 4> moved(const Eigen::Vector3d& p, const Place& place) 
 }  // namespace
 
 void check_smoothing(const InertialSlamSettings& settings) {
-  if (settings.has_extrinsics() || settings.has_intrinsics() || settings.estimates_time_offset()) {
+  if (settings.has_extrinsics() || settings.has_intrinsics() || settings.has_time_offset() ||
+      settings.has_imu()) {
     throw UsageError(
         "batch estimation takes the calibration as known: calibrate_extrinsics, "
-        "calibrate_intrinsics, calibrate_readout and calibrate_time_offset are for the filter; run "
-        "the filter first, and use the calibration "
-        "that it estimates");
+        "calibrate_intrinsics, calibrate_readout, calibrate_time_offset and calibrate_imu are for "
+        "the filter; run the filter first, and use the calibration that it estimates");
   }
 }
 

@@ -109,7 +109,7 @@ TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& came
 TracksEvidence examine_tracks(const Recording& recording, const InertialRunSettings& settings,
                               const StopRequest& stop) {
   const bool wanted =
-      recording.images || (!settings.filter.time_offset && settings.filter.estimates_time_offset());
+      recording.images || (!settings.filter.time_offset && settings.filter.has_time_offset());
   if (!wanted || recording.imu.empty() || recording.cameras.empty()) return {};
   const auto tracks = tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop);
   const auto rates = gyroscope_rates(recording.imu);
@@ -143,8 +143,8 @@ void start_from_measured(InertialRunSettings& settings, const TracksEvidence& ev
   if (!evidence.clock_stands_out()) return;
   filter.time_offset = evidence.clock->offset;
   filter.initial_time_offset_sigma = evidence.clock->sigma;
-  if (settings.estimator.is_filter() && filter.calibrate_time_offset == Toggle::kAuto) {
-    filter.calibrate_time_offset = Toggle::kTrue;
+  if (settings.estimator.is_filter() && filter.calibrate_time_offset == Calibrate::kAuto) {
+    filter.calibrate_time_offset = Calibrate::kTrue;
   }
 }
 

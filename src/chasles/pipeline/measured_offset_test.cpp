@@ -118,7 +118,7 @@ TEST_F(MeasuredOffset, IsWhereARunStarts) {
     const std::string remark = start(settings, late(seconds));
     EXPECT_NEAR(settings.filter.initial_time_offset(), -seconds, 0.002);
     EXPECT_LT(settings.filter.initial_time_offset_sigma, 0.003);
-    EXPECT_TRUE(settings.filter.estimates_time_offset());
+    EXPECT_TRUE(settings.filter.has_time_offset());
     EXPECT_NE(remark.find(seconds > 0 ? "stamped late by 9" : "stamped early by "),
               std::string::npos)
         << remark;
@@ -133,7 +133,7 @@ TEST_F(MeasuredOffset, OfIntactStampsIsNone) {
     EXPECT_EQ(settings.filter.time_offset, 0);
     EXPECT_EQ(settings.filter.initial_time_offset_sigma,
               InertialSlamSettings{}.initial_time_offset_sigma);
-    EXPECT_EQ(settings.filter.calibrate_time_offset, Toggle::kAuto);
+    EXPECT_EQ(settings.filter.calibrate_time_offset, Calibrate::kAuto);
   }
 }
 
@@ -149,7 +149,7 @@ TEST_F(MeasuredOffset, OfABatchIsHeldFixed) {
   settings.estimator = estimator_choice("batch");
   EXPECT_NE(start(settings, late(0.095)), "");
   EXPECT_NEAR(settings.filter.initial_time_offset(), -0.095, 0.002);
-  EXPECT_FALSE(settings.filter.estimates_time_offset());
+  EXPECT_FALSE(settings.filter.has_time_offset());
 }
 
 TEST_F(MeasuredOffset, MakesARunOfLateImagesAsGoodAsOfIntactOnes) {

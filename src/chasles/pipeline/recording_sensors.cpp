@@ -98,8 +98,8 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
                    filter.chart == kRightSen3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
   const bool filters = settings.estimator.is_filter();
-  if (filters && filter.calibrate_time_offset == Toggle::kAuto) {
-    filter.calibrate_time_offset = Toggle::kTrue;
+  if (filters && filter.calibrate_time_offset == Calibrate::kAuto) {
+    filter.calibrate_time_offset = Calibrate::kTrue;
   }
   const TrackNoise& real = filters ? kFrontendTrackNoise : kSmoothedTrackNoise;
   const bool rendered = noise.exact || exact_calibration;

@@ -339,7 +339,7 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
   };
   const InertialSensors imu = inertial_sensors(hallway());
   InertialRunSettings wrong = inertial("window:5");
-  wrong.filter.calibrate_time_offset = Toggle::kTrue;
+  wrong.filter.calibrate_time_offset = Calibrate::kTrue;
   rejected("calibrate_time_offset", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;

@@ -90,11 +90,11 @@ TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
 
 TEST(VisualInertialSlam, OnlyAFilterEstimatesTheTimeOffset) {
   InertialRunSettings settings;
-  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kTrue);
-  settings.filter.calibrate_time_offset = Toggle::kFalse;
-  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kFalse);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Calibrate::kTrue);
+  settings.filter.calibrate_time_offset = Calibrate::kFalse;
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Calibrate::kFalse);
   settings = {.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
-  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kAuto);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Calibrate::kAuto);
 }
 
 TEST(VisualInertialSlam, AnEstimatorKnowsTheNoiseOfTracksAndOfAnImuInMotion) {

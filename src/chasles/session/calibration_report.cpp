@@ -133,6 +133,25 @@ void add_intrinsics(const Calibration& c, std::span<const Camera> cameras,
   }
 }
 
+void add_imu(const Calibration& c, const InertialSlamSettings& s, std::vector<Parameter>& all) {
+  if (!c.imu) return;
+  const std::vector<std::string> names = c.imu->names();
+  const Eigen::VectorXd values = c.imu->parameters(), sigmas = imu_sigmas(s, *c.imu);
+  const auto unit = [](const std::string& name) {
+    if (name.find("scale") != std::string::npos) return "1";
+    return name.find("misalignment") != std::string::npos ? "rad" : "rad/s/(m/s^2)";
+  };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto row = static_cast<int>(i);
+    all.push_back({.name = names[i],
+                   .unit = unit(names[i]),
+                   .stated_sigma = sigmas[row],
+                   .estimate = values[row],
+                   .sigma = sigma_at(c, c.imu_row() + row),
+                   .is_considered = s.calibrate_imu == Calibrate::kConsidered});
+  }
+}
+
 // In the order of the columns.
 std::vector<Parameter> parameters_of(const Calibration& c, std::span<const Camera> cameras,
                                      const InertialSlamSettings& s) {
@@ -144,9 +163,11 @@ std::vector<Parameter> parameters_of(const Calibration& c, std::span<const Camer
                    .stated = s.initial_time_offset(),
                    .stated_sigma = s.initial_time_offset_sigma,
                    .estimate = *c.time_offset,
-                   .sigma = sigma_at(c, c.time_offset_row())});
+                   .sigma = sigma_at(c, c.time_offset_row()),
+                   .is_considered = s.calibrate_time_offset == Calibrate::kConsidered});
   }
   add_intrinsics(c, cameras, s, all);
+  add_imu(c, s, all);
   return all;
 }
 

@@ -15,9 +15,9 @@ namespace chasles {
 
 /// Names of the columns of states.csv for the estimated calibration. Each camera has the rotation
 /// by which imu_T_cam differs from the recording's calibration (rotation vector phi, Exp(phi)
-/// R_file, IMU axes [rad]), and its position in the IMU frame [m]. Then follows the time offset
-/// [s], and then the intrinsics of each camera that are estimated or considered. Empty if no
-/// calibration is in the state.
+/// R_file, IMU axes [rad]), and its position in the IMU frame [m]. Then follow the time offset
+/// [s], the intrinsics of each camera, and the parameters of the IMU, of what is estimated or
+/// considered. Empty if no calibration is in the state.
 std::vector<std::string> calibration_columns(const InertialSlamSettings& settings,
                                              std::span<const Camera> cameras);
 

@@ -72,6 +72,32 @@ TEST(Calibrating, WhereNothingIsWrongThePoseStaysConsistent) {
   EXPECT_LT(s.calibration / s.dof, 1.5);
 }
 
+// Five milliseconds that are considered: the covariance holds, and the offset stays.
+TEST(Calibrating, AConsideredTimeOffsetIsCountedAndNotCorrected) {
+  constexpr int kRuns = 10;
+  InertialSlamSettings known, settings;
+  settings.calibrate_time_offset = Calibrate::kConsidered;
+  double nees = 0, wrong = 0;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const Recording recording = simulate_densely(shaken(1), run);
+    Eigen::VectorXd errors = Eigen::VectorXd::Zero(7);
+    errors[6] = 0.005 * random_of_run(79, run).normal(Stream::kStart, 1, 0);
+    const Miscalibrated m =
+        miscalibrated(recording, errors, draw_start(recording, settings, 1, run));
+    const Trial trial = run_trial({.name = "", .settings = settings}, m.recording, m.start);
+    ASSERT_FALSE(trial.diverged);
+    ASSERT_TRUE(trial.calibration);
+    EXPECT_EQ(trial.calibration->time_offset, 0);
+    EXPECT_NEAR(trial.calibration->covariance(0, 0), 0.005 * 0.005, 1e-12);
+    nees += averages(trial).nees_pose / 6 / kRuns;
+    const Trial other = run_trial({.name = "", .settings = known}, m.recording, m.start);
+    wrong += averages(other).nees_pose / 6 / kRuns;
+  }
+  EXPECT_LT(nees, 1.7);
+  EXPECT_GT(nees, 0.5);
+  EXPECT_GT(wrong, 2 * nees);
+}
+
 // Two degrees, three centimetres and ten milliseconds.
 Miscalibrated by_much(const InertialSlamSettings& settings, double shake = 0.08) {
   InertialScene scene = shaken(1);

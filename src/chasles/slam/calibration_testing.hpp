@@ -13,7 +13,7 @@ namespace chasles::test {
 inline InertialSlamSettings calibrating() {
   InertialSlamSettings settings;
   settings.calibrate_extrinsics = Calibrate::kTrue;
-  settings.calibrate_time_offset = Toggle::kTrue;
+  settings.calibrate_time_offset = Calibrate::kTrue;
   return settings;
 }
 

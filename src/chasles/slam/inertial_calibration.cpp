@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <chasles/slam/inertial_calibration.hpp>
+#include <chasles/slam/start_by_imu.hpp>
 
 namespace chasles {
 namespace {
@@ -35,7 +36,7 @@ double rotation_variance(const Calibration& calibration) {
 
 std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
                                               std::span<const Camera> cameras) {
-  if (!s.has_extrinsics() && !s.has_intrinsics() && !s.estimates_time_offset()) {
+  if (!s.has_extrinsics() && !s.has_intrinsics() && !s.has_time_offset() && !s.has_imu()) {
     return std::nullopt;
   }
   Calibration result;
@@ -47,7 +48,7 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
       sigmas.insert(sigmas.end(), 3, s.initial_extrinsic_translation_sigma);
     }
   }
-  if (s.estimates_time_offset()) {
+  if (s.has_time_offset()) {
     result.time_offset = s.initial_time_offset();
     sigmas.push_back(s.initial_time_offset_sigma);
   }
@@ -60,6 +61,13 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
       const std::vector<double> of_lens = intrinsics_sigmas(s, camera);
       sigmas.insert(sigmas.end(), of_lens.begin(), of_lens.end());
     }
+  }
+  if (s.has_imu()) {
+    result.imu = ImuCorrection{.has_scale = s.initial_imu_scale_sigma > 0,
+                               .has_misalignment = s.initial_imu_misalignment_sigma > 0,
+                               .has_g_sensitivity = s.initial_g_sensitivity_sigma > 0};
+    const Eigen::VectorXd of_imu = imu_sigmas(s, *result.imu);
+    sigmas.insert(sigmas.end(), of_imu.begin(), of_imu.end());
   }
   const auto n = static_cast<Eigen::Index>(sigmas.size());
   result.covariance = Eigen::Map<const Eigen::VectorXd>(sigmas.data(), n).cwiseAbs2().asDiagonal();
@@ -82,6 +90,20 @@ std::vector<double> intrinsics_sigmas(const InertialSlamSettings& s, const Camer
   return sigmas;
 }
 
+Eigen::VectorXd imu_sigmas(const InertialSlamSettings& s, const ImuCorrection& imu) {
+  Eigen::VectorXd sigmas(imu.size());
+  int row = 0;
+  const auto add = [&](bool has, int count, double sigma) {
+    if (!has) return;
+    sigmas.segment(row, count).setConstant(sigma);
+    row += count;
+  };
+  add(imu.has_scale, ImuCorrection::kScales, s.initial_imu_scale_sigma);
+  add(imu.has_misalignment, ImuCorrection::kMisalignments, s.initial_imu_misalignment_sigma);
+  add(imu.has_g_sensitivity, ImuCorrection::kGSensitivities, s.initial_g_sensitivity_sigma);
+  return sigmas;
+}
+
 std::vector<int> considered_rows(const InertialSlamSettings& s, const State& x) {
   std::vector<int> rows;
   const auto add = [&](int first, int count) {
@@ -90,6 +112,9 @@ std::vector<int> considered_rows(const InertialSlamSettings& s, const State& x) 
   if (s.calibrate_extrinsics == Calibrate::kConsidered) {
     add(x.calibration_row(), 6 * static_cast<int>(x.imu_T_camera.size()));
   }
+  if (x.time_offset && s.calibrate_time_offset == Calibrate::kConsidered) {
+    add(x.time_offset_row(), 1);
+  }
   for (int i = 0; i < static_cast<int>(x.intrinsics.size()); ++i) {
     const int row = *x.intrinsics_row(i);
     const bool lens = s.calibrate_intrinsics == Calibrate::kConsidered;
@@ -97,6 +122,7 @@ std::vector<int> considered_rows(const InertialSlamSettings& s, const State& x) 
     if (s.calibrate_readout == Calibrate::kConsidered) add(row + Intrinsics::kReadoutRow, 1);
     if (lens) add(row + 6, 6 * (x.intrinsics[static_cast<std::size_t>(i)].blocks() - 1));
   }
+  if (x.imu && s.calibrate_imu == Calibrate::kConsidered) add(x.imu_row(), x.imu->size());
   return rows;
 }
 
@@ -117,6 +143,7 @@ std::vector<Camera> calibrated(std::vector<Camera> cameras,
 void widen_start(const Calibration& calibration, const std::deque<ImuSample>& samples,
                  InertialStart& start) {
   if (!start.covariance || samples.empty()) return;
+  if (calibration.imu) widen_start_by_imu(calibration, samples, start);
   const int row = calibration.time_offset_row();
   const double time = calibration.time_offset ? calibration.covariance(row, row) : 0;  // s^2
   const double turn = time * variance(samples, start.time, &ImuSample::angular_rate_imu);

@@ -68,7 +68,10 @@ void InertialSession::take(const ImuSample& measured) {
     return;
   }
   samples_.add(measured);
-  initialiser_->add(measured);
+  const bool is_calibrated = agreed_ && agreed_->calibration && agreed_->calibration->imu;
+  initialiser_->add(is_calibrated
+                        ? corrected(*agreed_->calibration->imu, sensors_.imu.range(), measured)
+                        : measured);
 }
 
 void InertialSession::process(const TimedMeasurement& measurement) {
@@ -121,7 +124,7 @@ Time InertialSession::clock(Time of_cameras) const {
 bool InertialSession::covered(const FeatureFrame& frame) const {
   const double readout = longest_readout(sensors_.cameras);
   const bool waits =
-      settings_.estimates_time_offset() || settings_.initial_time_offset() != 0 || readout > 0;
+      settings_.has_time_offset() || settings_.initial_time_offset() != 0 || readout > 0;
   return !waits || clock(frame.time) + from_seconds(readout) <= *gaps_.last();
 }
 
@@ -149,7 +152,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   const Time oldest = frame.time - from_seconds(2 * start_settings_.max_window);
   while (frames_.front().time < oldest) frames_.pop_front();
   const Time reach = clock(frames_.front().time) -
-                     (settings_.estimates_time_offset() ? from_seconds(kTimeOffsetReach) : Time{});
+                     (settings_.has_time_offset() ? from_seconds(kTimeOffsetReach) : Time{});
   samples_.drop_before(reach);
   earlier_.report.timed.late += static_cast<int>(
       std::erase_if(timed_, [&](const TimedMeasurement& m) { return m.time < reach; }));

@@ -27,6 +27,13 @@ void validate(const InertialSlamSettings& s) {
                  "false, or landmarks: cartesian, init: fixed-depth, first_estimates: false, "
                  "calibrate_extrinsics: false");
   }
+  const bool any_imu = s.initial_imu_scale_sigma > 0 || s.initial_imu_misalignment_sigma > 0 ||
+                       s.initial_g_sensitivity_sigma > 0;
+  if (s.has_imu() && !any_imu) {
+    reject_value("calibrate_imu", setting_text(s.calibrate_imu),
+                 "false where initial_imu_scale_sigma, initial_imu_misalignment_sigma and "
+                 "initial_g_sensitivity_sigma are all 0: set one above 0");
+  }
   if (s.keep_scale == Toggle::kTrue && s.chart == kLeftSe3Chart.name) {
     reject_value("keep_scale", setting_text(s.keep_scale),
                  "auto or false with the chart left-se3, whose pose errors turn with the pose");

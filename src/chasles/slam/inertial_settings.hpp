@@ -16,7 +16,7 @@ enum class LandmarkInit { kMultiView, kFixedDepth };
 enum class Toggle { kAuto, kTrue, kFalse };
 /// What a filter does with a part of the calibration.
 enum class Calibrate {
-  kAuto,        ///< decided by start_from_measured() (pipeline/measured_offset.hpp) alone
+  kAuto,        ///< decided by for_images() and start_from_measured() (pipeline/), or false
   kFalse,       ///< it is known
   kTrue,        ///< it is estimated
   kConsidered,  ///< its uncertainty counts, and no update corrects it
@@ -75,8 +75,6 @@ struct InertialSlamSettings {
   /// `auto` is decided by decided() alone.
   bool keeps_exact_map() const { return exact_map == Toggle::kTrue; }
 
-  /// Whether the filter estimates the time offset. `auto` is decided by for_images() alone.
-  bool estimates_time_offset() const { return calibrate_time_offset == Toggle::kTrue; }
   /// The time offset that a run starts from [s]. `auto` is decided by start_from_measured()
   /// (pipeline/measured_offset.hpp) alone, and is 0 otherwise.
   double initial_time_offset() const { return time_offset.value_or(0); }
@@ -91,7 +89,10 @@ struct InertialSlamSettings {
             calibrate_readout == Calibrate::kTrue);
   }
 
-  /// Whether a part of the calibration is in the state.
+  /// Whether a part of the calibration is in the state. `auto` of the time offset is decided by
+  /// for_images() and start_from_measured() (pipeline/) alone.
+  bool has_time_offset() const { return is_in_state(calibrate_time_offset); }
+  bool has_imu() const { return is_in_state(calibrate_imu); }
   bool has_extrinsics() const { return is_in_state(calibrate_extrinsics); }
   bool has_intrinsics() const {
     return is_in_state(calibrate_intrinsics) || is_in_state(calibrate_readout);
@@ -100,7 +101,7 @@ struct InertialSlamSettings {
   Calibrate calibrate_extrinsics = Calibrate::kFalse;
   double initial_extrinsic_rotation_sigma = 0.02;
   double initial_extrinsic_translation_sigma = 0.02;
-  Toggle calibrate_time_offset = Toggle::kAuto;
+  Calibrate calibrate_time_offset = Calibrate::kAuto;
   std::optional<double> time_offset;
   double initial_time_offset_sigma = 0.005;
   Calibrate calibrate_intrinsics = Calibrate::kFalse;
@@ -110,6 +111,10 @@ struct InertialSlamSettings {
   std::optional<double> readout_time;
   Calibrate calibrate_readout = Calibrate::kAuto;
   double initial_readout_sigma = 0.001;
+  Calibrate calibrate_imu = Calibrate::kFalse;
+  double initial_imu_scale_sigma = 0.005;
+  double initial_imu_misalignment_sigma = 0.002;
+  double initial_g_sensitivity_sigma = 0.0002;
 
   std::string depth_rule = "constant";
   double fixed_depth = 8;
@@ -210,15 +215,15 @@ void for_each_setting(S& s, Visitor&& visit) {
         "initial sigma of that bias", limits::kNonNegative);
   visit("calibrate_extrinsics", s.calibrate_extrinsics, "choice",
         "estimate the extrinsics of each camera, starting from the recording's calibration; "
-        "considered: only count their uncertainty",
+        "considered: only count their uncertainty; auto: false",
         limits::kAny);
   visit("initial_extrinsic_rotation_sigma", s.initial_extrinsic_rotation_sigma, "rad",
         "initial sigma of the rotation about each axis", limits::kNonNegative);
   visit("initial_extrinsic_translation_sigma", s.initial_extrinsic_translation_sigma, "m",
         "initial sigma of the translation along each axis", limits::kNonNegative);
   visit("calibrate_time_offset", s.calibrate_time_offset, "choice",
-        "estimate the cameras' time offset, starting from time_offset; auto: the filter does with "
-        "images",
+        "estimate the cameras' time offset, starting from time_offset; considered: only count its "
+        "uncertainty; auto: the filter estimates it with images",
         limits::kAny);
   visit("time_offset", s.time_offset, "s",
         "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, "
@@ -227,7 +232,9 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);
   visit("calibrate_intrinsics", s.calibrate_intrinsics, "choice",
-        "the same for focal lengths, principal point and lens of each camera", limits::kAny);
+        "calibrate_extrinsics for focal lengths, principal point and lens of each camera; auto: "
+        "false",
+        limits::kAny);
   visit("initial_focal_sigma", s.initial_focal_sigma, "1",
         "initial sigma of a focal length, over itself", limits::kPositive);
   visit("initial_principal_point_sigma", s.initial_principal_point_sigma, "px",
@@ -247,6 +254,19 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("initial_readout_sigma", s.initial_readout_sigma, "s", "initial sigma of a readout time",
         limits::kPositive);
+  visit("calibrate_imu", s.calibrate_imu, "choice",
+        "calibrate_extrinsics for scales, misalignments and g-sensitivity of the IMU, on top of "
+        "its stated intrinsics; auto: false",
+        limits::kAny);
+  visit("initial_imu_scale_sigma", s.initial_imu_scale_sigma, "1",
+        "initial sigma of the scale of each axis of accelerometer and gyroscope; 0: known",
+        limits::kNonNegative);
+  visit("initial_imu_misalignment_sigma", s.initial_imu_misalignment_sigma, "rad",
+        "initial sigma of each angle by which these axes are misaligned; 0: known",
+        limits::kNonNegative);
+  visit("initial_g_sensitivity_sigma", s.initial_g_sensitivity_sigma, "rad/s/(m/s^2)",
+        "initial sigma of what a specific force along each axis adds to each angular rate; 0: none",
+        limits::kNonNegative);
   visit("depth_rule", s.depth_rule, "choice",
         "depth of an undelayed landmark initialisation: constant, as the next settings have it, or "
         "a rule that the program has registered (docs/python.md)",

@@ -13,6 +13,7 @@ State initial_state(const InertialSlamSettings& s, const InertialStart& start,
     x.imu_T_camera = calibration->imu_T_camera;
     x.time_offset = calibration->time_offset;
     x.intrinsics = calibration->intrinsics;
+    x.imu = calibration->imu;
   }
   x.additive.resize(InertialModel::kSize);
   x.additive << start.accelerometer_bias, start.gyroscope_bias;
@@ -42,6 +43,14 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const Inertial
   Eigen::MatrixXd P = dense::product(J, dense::product(start_covariance(s, start), J.transpose()));
   const int n = x.calibration_size();
   if (calibration) P.bottomRightCorner(n, n) = calibration->covariance;
+  if (x.imu && start.by_imu.size() > 0) {
+    const Eigen::MatrixXd by_imu = J * start.by_imu;
+    const Eigen::MatrixXd more = by_imu * calibration->covariance.bottomRows(x.imu->size());
+    P += by_imu * calibration->covariance.bottomRightCorner(x.imu->size(), x.imu->size()) *
+         by_imu.transpose();
+    P.rightCols(n) += more;
+    P.bottomRows(n) += more.transpose();
+  }
   return P;
 }
 

@@ -38,6 +38,9 @@ void Propagator::note_readout(SlamContext& x) {
   if (readout <= Time{}) return;
   const State& state = x.state();
   imu_.between(x.clock(x.now), x.clock(x.now) + readout, intervals_);
+  if (state.imu) {
+    for (ImuInterval& interval : intervals_) interval = corrected(*state.imu, interval);
+  }
   x.filter.set_readout(
       measured_readout(intervals_, state.additive)
           .motion(state.world_T_imu.R, *state.v_world, gravity_world(model_, state)));
@@ -113,7 +116,7 @@ const Prediction& Propagator::predict_to(const SlamContext& x, Time time) {
 Vector9d Propagator::rate_at(const InertialState& state, const State& x, Time of_imu) const {
   const auto sample = imu_.at(of_imu);
   if (!sample) return Vector9d::Zero();
-  return motion_rate(state, gravity_world(model_, x), *sample);
+  return motion_rate(state, gravity_world(model_, x), x.imu ? corrected(*x.imu, *sample) : *sample);
 }
 
 NavState Propagator::motion(const SlamContext& x) {

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include <chasles/base/error.hpp>
+#include <chasles/imu/imu_correction_testing.hpp>
 #include <chasles/slam/propagator.hpp>
 #include <chasles/slam/step_testing.hpp>
 
@@ -176,6 +177,50 @@ TEST(Propagator, TheMotionByTheClockOfTheImuHasNoErrorOfTheOffset) {
   EXPECT_LT(test::covariance_difference(by_clock.covariance, expected.covariance), 1e-6);
   const MatrixXd of_image = x.filter.core_covariance().topLeftCorner<15, 15>();
   EXPECT_GT(test::covariance_difference(of_image, expected.covariance), 0.1);
+}
+
+// With an IMU whose errors the state knows: motion, readout and the column of the time offset are
+// those of a perfect one.
+TEST(Propagator, CorrectsEachSampleThatItUses) {
+  test::Random random(1);
+  ImuCorrection errors;
+  errors.add(0.05 * random.normal_vector(errors.size()));
+  Camera camera = test::euroc_camera();
+  camera.shutter.readout = 0.03;
+  const auto after_two_images = [&](const std::optional<ImuCorrection>& imu) {
+    SlamContext x = offset_context(0.02);
+    State start = x.state();
+    start.imu = imu;
+    MatrixXd P = MatrixXd::Zero(start.core_size(), start.core_size());
+    P.topLeftCorner<16, 16>() = x.filter.core_covariance();
+    x.filter = Ekf(kStandardChart, start, P, {.map = Ekf::Map::kFrozen});
+    x.cameras = {camera};
+    x.now = -from_seconds(0.02);
+    Propagator propagator(x.settings, kImuNoise, {});
+    for (int i = 0; i <= 200; ++i) {
+      const double t = 0.005 * i;
+      const ImuSample sample{.time = from_seconds(t),
+                             .specific_force_imu = {2 * std::sin(2 * t), 1 + t, 9},
+                             .angular_rate_imu = {0.5 * std::cos(2 * t), 0.4 * t, 1}};
+      propagator.add(imu ? test::as_measured(*imu, sample) : sample);
+    }
+    propagator.propagate(x, from_seconds(0.4));
+    propagator.propagate(x, from_seconds(0.7));
+    const NavState motion = propagator.motion(x);
+    return std::pair(std::move(x), motion);
+  };
+  const auto [x, motion] = after_two_images(errors);
+  const auto [perfect, expected] = after_two_images(std::nullopt);
+  EXPECT_LT(test::distance(x.state().world_T_imu, perfect.state().world_T_imu), 1e-12);
+  EXPECT_LT((*x.state().v_world - *perfect.state().v_world).norm(), 1e-12);
+  const ReadoutMotion &readout = x.state().readout, &right = perfect.state().readout;
+  EXPECT_LT((readout.rate - right.rate).norm(), 1e-12);
+  EXPECT_LT((readout.acceleration - right.acceleration).norm(), 1e-11);
+  EXPECT_GT(right.rate.norm(), 0.1);
+  EXPECT_LT(test::covariance_difference(x.filter.core_covariance().topLeftCorner<16, 16>(),
+                                        perfect.filter.core_covariance()),
+            1e-9);
+  EXPECT_LT(test::covariance_difference(motion.covariance, expected.covariance), 1e-9);
 }
 
 TEST(Propagator, NeedsSamplesAndATimeThatRises) {

@@ -58,6 +58,12 @@ TEST(Settings, WhatDoesNotGoTogetherIsRejected) {
              s.first_estimates = Toggle::kTrue;
            }),
            "first_order_transition: found true, expected false with first_estimates");
+  rejected(with<InertialSlamSettings>([](auto& s) {
+             s.calibrate_imu = Calibrate::kConsidered;
+             s.initial_imu_scale_sigma = s.initial_imu_misalignment_sigma = 0;
+             s.initial_g_sensitivity_sigma = 0;
+           }),
+           "calibrate_imu: found 'considered', expected false where initial_imu_scale_sigma");
   rejected(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),
            "numeric_jacobians: found true, expected false, or landmarks: cartesian");
   validate(with<InertialSlamSettings>([](auto& s) {

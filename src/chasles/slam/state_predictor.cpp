@@ -42,6 +42,7 @@ void StatePredictor::correct(const Estimate& estimate) {
   if (!estimate.v_world || estimate.additive.size() != 6 || estimate.covariance.rows() != 15)
     return;
   const AdditiveStates& biases = estimate.additive;
+  correction_ = estimate.calibration ? estimate.calibration->imu : std::nullopt;
   steps_.push_back({.time = estimate.time,
                     .state = {.world_T_imu = estimate.world_T_imu,
                               .v_world = *estimate.v_world,
@@ -52,13 +53,19 @@ void StatePredictor::correct(const Estimate& estimate) {
   if (work_ == Work::kAtOnce) extend();
 }
 
+void StatePredictor::find_intervals(Time from, Time to) {
+  imu_.between(from, to, intervals_);
+  if (!correction_) return;
+  for (ImuInterval& interval : intervals_) interval = corrected(*correction_, interval);
+}
+
 // From the last step to the last sample, a step for each sample.
 void StatePredictor::extend() {
   const std::optional<Time> latest = imu_.latest();
   if (!latest || *latest <= steps_.back().time) return;
   if (*latest - steps_.front().time > kLongest) return steps_.clear();
   const Time from = steps_.back().time;
-  imu_.between(from, *latest, intervals_);
+  find_intervals(from, *latest);
   double since = 0;
   for (std::size_t i = 0; i < intervals_.size(); ++i) {
     since += intervals_[i].tau;
@@ -74,7 +81,7 @@ void StatePredictor::extend() {
 }
 
 StatePredictor::Step StatePredictor::moved(Step step, Time to) {
-  imu_.between(step.time, to, intervals_);
+  find_intervals(step.time, to);
   for (const ImuInterval& interval : intervals_) {
     const StrapdownStep next = strapdown(step.state, interval, kGravityWorld, noise_);
     step.state = next.state;
@@ -98,7 +105,8 @@ std::optional<PredictedState> StatePredictor::at(Time time) {
                         .state = step.state,
                         .covariance = step.covariance};
   if (const auto sample = imu_.at(time)) {
-    result.angular_rate_imu = sample->angular_rate_imu - step.state.gyroscope_bias;
+    const ImuSample used = correction_ ? corrected(*correction_, *sample) : *sample;
+    result.angular_rate_imu = used.angular_rate_imu - step.state.gyroscope_bias;
   }
   return result;
 }

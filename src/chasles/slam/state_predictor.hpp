@@ -27,6 +27,9 @@ struct PredictedState {
 /// world's z axis points up. Where images come late or an estimated time offset moves, it begins
 /// anew at the estimate's time.
 ///
+/// With parameters of the IMU in the state the samples are corrected by their estimate. An Estimate
+/// has no correlation of their errors with its biases, so the covariance is larger than it could be.
+///
 /// The prediction ends, until the next estimate, where nobody should rely on it: at an estimate
 /// that is lost, at a gap between samples that no estimator bridges (TimeGaps), and once the
 /// estimate is older than kLongest. Memory and the time of a call are bounded thereby. One thread.
@@ -67,6 +70,7 @@ class StatePredictor {
     Matrix15d covariance;
   };
   Step moved(Step step, Time to);
+  void find_intervals(Time from, Time to);
   void extend();
   static ImuBuffer::Options of_screened(ImuBuffer::Options imu) {
     imu.screened = true;
@@ -80,6 +84,7 @@ class StatePredictor {
   TimeGaps gaps_;
   std::optional<Time> after_gap_;  ///< of the first sample after the last gap
   std::vector<Step> steps_;  ///< the estimate, then one for each sample since; empty: no estimate
+  std::optional<ImuCorrection> correction_;  ///< of the last estimate
   std::vector<ImuInterval> intervals_;
 };
 

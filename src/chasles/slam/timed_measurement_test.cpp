@@ -146,7 +146,7 @@ TEST(TimedMeasurement, AppliesAtTheNextFrameWhereTheTimeOffsetIsEstimated) {
   const Recording recording = simulate_inertial(short_hallway(), 0);
   const InertialStart start = draw_start(recording, {}, 1, 0);
   InertialSlamSettings settings;
-  settings.calibrate_time_offset = Toggle::kTrue;
+  settings.calibrate_time_offset = Calibrate::kTrue;
   int given = 0;
   const Estimation run = walk(
       recording, start,

@@ -17,6 +17,9 @@ const FAMILIES: [name: RegExp, unit: string, axes: string][] = [
   [/^cam\d+_[fc][xy]$/, 'px', ''],
   [/^(cam\d+_readout_time|time_offset)$/, 's', ''],
   [/^cam\d+_/, '1', ''],
+  [/^(accelerometer|gyroscope)_scale$/, '1', 'the IMU'],
+  [/^(accelerometer|gyroscope)_misalignment_[xyz]$/, 'rad', ''],
+  [/^g_sensitivity_[xyz]$/, 'rad/s/(m/s²)', ''],
 ];
 
 export function plotSpecs(run: Run): PlotSpec[] {

@@ -35,6 +35,7 @@ void retract_calibration(State& x, const ErrorRef& xi) {
       one.coefficients[k] += xi[row + 6 + static_cast<int>(k)];
     }
   }
+  if (x.imu) x.imu->add(xi.segment(x.imu_row(), x.imu->size()));
   for (Landmark& landmark : x.landmarks) {
     if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
     const SE3& imu_T_camera = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)];
@@ -108,6 +109,9 @@ Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y) {
     for (std::size_t k = 0; k < from.coefficients.size(); ++k) {
       xi[row + 6 + static_cast<int>(k)] = to.coefficients[k] - from.coefficients[k];
     }
+  }
+  if (x.imu) {
+    xi.segment(x.imu_row(), x.imu->size()) = y.imu->parameters() - x.imu->parameters();
   }
   for (std::size_t i = 0; i < x.clones.size(); ++i) {
     xi.segment<6>(x.clones[i].row) =

@@ -96,4 +96,31 @@ Vector15d link_residual(const ImuLink& link, const InertialState& now, const Ine
   return link.whitening * r;
 }
 
+ImuLink corrected(const ImuCorrection& imu, const ImuLink& measured) {
+  ImuLink link = measured;
+  for (ImuInterval& interval : link.intervals) interval = corrected(imu, interval);
+  return link;
+}
+
+LinkByImu link_by_imu(const ImuLink& measured, const ImuCorrection& imu, const InertialState& now,
+                      const InertialState& next) {
+  InertialState delta;
+  delta.accelerometer_bias = now.accelerometer_bias;
+  delta.gyroscope_bias = now.gyroscope_bias;
+  LinkByImu d = LinkByImu::Zero(15, imu.size());
+  for (const ImuInterval& interval : measured.intervals) {
+    const StrapdownStep step =
+        strapdown(delta, corrected(imu, interval), Eigen::Vector3d::Zero(), ImuNoise{});
+    const auto by_sample = imu.derivative(interval.specific_force_imu, interval.angular_rate_imu);
+    d.topRows<9>() =
+        (step.F.topLeftCorner<9, 9>() * d.topRows<9>() - step.F.topRightCorner<9, 6>() * by_sample)
+            .eval();
+    delta = step.state;
+  }
+  const Eigen::Vector3d phi = so3::log(now.world_T_imu.R.transpose() * next.world_T_imu.R *
+                                       delta.world_T_imu.R.transpose());
+  d.topRows<3>() = (so3::right_jacobian_inverse(phi) * d.topRows<3>()).eval();
+  return -(measured.whitening * d);
+}
+
 }  // namespace chasles

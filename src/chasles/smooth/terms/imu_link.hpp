@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include <chasles/imu/imu_correction.hpp>
 #include <chasles/initialise/preintegration.hpp>
 
 namespace chasles {
@@ -34,5 +35,16 @@ struct LinkDerivatives {
 };
 Vector15d link_residual(const ImuLink& link, const InertialState& now, const InertialState& next,
                         const Eigen::Vector3d& gravity, LinkDerivatives* derivatives = nullptr);
+
+/// The link by samples that an IMU's parameters correct, where that of `measured` has them as they
+/// are; the whitening is the same.
+ImuLink corrected(const ImuCorrection& imu, const ImuLink& measured);
+
+/// The derivative of the residual of corrected(imu, measured) by the parameters, whitened: 15 x
+/// ImuCorrection::size(). An error of a sample acts like one of its bias with the other sign
+/// (docs/derivations.md, D66).
+using LinkByImu = Eigen::Matrix<double, 15, Eigen::Dynamic, 0, 15, ImuCorrection::kMost>;
+LinkByImu link_by_imu(const ImuLink& measured, const ImuCorrection& imu, const InertialState& now,
+                      const InertialState& next);
 
 }  // namespace chasles

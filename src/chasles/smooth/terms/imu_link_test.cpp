@@ -77,6 +77,28 @@ TEST(ImuLink, DerivativesAreTheNumericOnes) {
   }
 }
 
+TEST(ImuLink, TheDerivativeByTheImuIsTheNumericOne) {
+  Random random(8);
+  for (int groups = 1; groups < 8; ++groups) {
+    const ImuLink measured = imu_link(random_intervals(random, 8), Vector6d::Zero(), kNoise);
+    const InertialState now = random_link_motion(random);
+    const InertialState next =
+        moved(integrated(now, measured.intervals), 0.3 * random.normal_vector(15));
+    ImuCorrection imu{.has_scale = (groups & 1) != 0,
+                      .has_misalignment = (groups & 2) != 0,
+                      .has_g_sensitivity = (groups & 4) != 0};
+    imu.add(0.05 * random.normal_vector(imu.size()));
+    const auto residual = [&](const Eigen::VectorXd& errors) -> Eigen::VectorXd {
+      ImuCorrection other = imu;
+      other.add(errors);
+      return link_residual(corrected(other, measured), now, next, kGravity);
+    };
+    EXPECT_TRUE(agree(Eigen::MatrixXd(link_by_imu(measured, imu, now, next)),
+                      test::numeric_derivative(residual, Eigen::VectorXd::Zero(imu.size()), 1e-3),
+                      1e-8));
+  }
+}
+
 TEST(ImuLink, WhiteningIsTheInverseRootOfTheCovariance) {
   Random random(3);
   const auto intervals = random_intervals(random, 10);
