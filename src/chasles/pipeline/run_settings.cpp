@@ -1,7 +1,6 @@
 #include <charconv>
 
 #include <chasles/base/error.hpp>
-#include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
@@ -13,6 +12,26 @@ void check_keyframes(const EstimatorChoice& choice) {
     throw UsageError("estimator: found a window of " + std::to_string(choice.keyframes) +
                      " keyframes, expected 2 or more");
   }
+}
+
+void check_window(const InertialSlamSettings& settings) {
+  const auto check = [](const char* name, Calibrate value) {
+    if (value != Calibrate::kConsidered) return;
+    throw UsageError(std::string(name) +
+                     ": found considered, expected true or false with a window; filter and batch "
+                     "consider a calibration");
+  };
+  check("calibrate_extrinsics", settings.calibrate_extrinsics);
+  check("calibrate_intrinsics", settings.calibrate_intrinsics);
+  check("calibrate_readout", settings.calibrate_readout);
+  check("calibrate_time_offset", settings.calibrate_time_offset);
+}
+
+void check_smoother(const InertialSlamSettings& settings) {
+  if (!settings.has_imu()) return;
+  throw UsageError("calibrate_imu: found " + std::string(name_of(settings.calibrate_imu)) +
+                   ", expected false with batch and window; the filter estimates the IMU's "
+                   "parameters, and a calibration may state them (docs/formats.md)");
 }
 
 }  // namespace
@@ -45,7 +64,8 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.frontend);
   validate(settings.batch);
   check_keyframes(settings.estimator);
-  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
+  if (settings.estimator.is_window()) check_window(settings.filter);
+  if (!settings.estimator.is_filter()) check_smoother(settings.filter);
 }
 
 void validate(const VelocityRunSettings& settings) {

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include <chasles/base/processor_time.hpp>
 #include <chasles/filter/dense.hpp>
@@ -53,10 +55,26 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   return walk;
 }
 
-void widen(double factor, InertialBatchResult& result) {
+// Its estimated rows.
+void widen(double factor, const InertialBatchInput& input, const Calibration& prior,
+           Calibration& calibration) {
+  std::vector<int> rows;
+  for (int row = 0; row < static_cast<int>(prior.covariance.rows()); ++row) {
+    if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
+  }
+  calibration.covariance(rows, rows) =
+      widened(factor, calibration.covariance(rows, rows), prior.covariance(rows, rows));
+}
+
+void widen(double factor, const InertialBatchInput& input, const BatchGraph& graph,
+           InertialBatchResult& result) {
   result.report.covariance_factor = factor;
   for (Estimate& e : result.estimates) e.covariance *= factor;
   for (MapLandmark& l : result.landmarks) l.covariance *= factor;
+  if (!graph.calibration || factor == 1) return;
+  Calibration wide = *result.estimates.back().calibration;
+  widen(factor, input, *graph.calibration, wide);
+  for (Estimate& e : result.estimates) e.calibration = wide;
 }
 
 }  // namespace
@@ -91,15 +109,20 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   assess(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - started;
-  add_estimates(*problem, input, graph, result, stop);
+  const double factor = settings.covariance_factor ? *settings.covariance_factor
+                                                   : walk_of(*problem, graph).covariance_factor();
+  if (input.considered.empty()) {
+    add_estimates(*problem, input, graph, factor, result, stop);
+  } else {
+    BatchProblem free(input, chart, settings, graph, kLeastDepth, BatchProblem::Considered::kFree);
+    add_estimates(free, input, graph, factor, result, stop);
+  }
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
-  widen(settings.covariance_factor ? *settings.covariance_factor
-                                   : walk_of(*problem, graph).covariance_factor(),
-        result);
+  widen(factor, input, graph, result);
   result.terms.push_back(
       std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;

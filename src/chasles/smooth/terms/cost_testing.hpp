@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,8 +17,12 @@ using namespace smooth_detail;
 struct Blocks {
   const ErrorChart* chart;
   std::vector<std::vector<double>> numbers;
+  /// The numbers of the first that is no motion, and of the first after these.
+  std::optional<std::size_t> plain_from = {}, plain_until = {};
 
   bool is_motion(std::size_t block) const {
+    const bool after = plain_until && block >= *plain_until;
+    if (plain_from && block >= *plain_from && !after) return false;
     return numbers[block].size() == kMotionNumbers || numbers[block].size() == kPoseNumbers;
   }
   ChartManifold manifold(std::size_t block) const {

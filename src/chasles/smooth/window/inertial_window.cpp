@@ -5,6 +5,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
@@ -29,7 +30,16 @@ struct InertialWindow::Implementation {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
+    if (!input.considered.empty()) {
+      throw UsageError("a window considers no calibration: found " +
+                       std::to_string(input.considered.size()) + " considered rows, expected none");
+    }
     add_start(input, graph);
+    add_calibration(input, graph);
+    if (graph.calibration) {
+      smooth_detail::add_calibration(sliding.window, *graph.calibration, *input.calibration,
+                                     graph.calibration_whitening, input.cameras.size());
+    }
     graph.keyframes.push_back({.time = input.start.time, .state = graph.start});
   }
 
@@ -49,7 +59,9 @@ struct InertialWindow::Implementation {
   void push(Time time);
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
-  WindowView view_of(const PointView& view, const SE3& anchor_cam_T_imu, int& matches) const;
+  CalibratedTerm term_of(const PointView& view, const WindowPoint& point, double sigma) const;
+  WindowView view_of(const PointView& view, const WindowPoint& point, int& matches) const;
+  void hang_on_camera(const PointView& first, AnchorFace face, WindowPoint& point) const;
   void initialise_landmarks();
   void read_states();
   Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
@@ -79,8 +91,7 @@ void InertialWindow::Implementation::check_gap(Time frame) const {
 std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
   std::vector<Estimate> estimates;
   const auto covered = [&](const FeatureFrame& frame) {
-    return all || buffer.latest() >=
-                      frame.time + input.time_offset + from_seconds(longest_readout(input.cameras));
+    return all || buffer.latest() >= frame.time + input.time_offset + readout_span(input);
   };
   while (const auto frame = waiting.next(covered)) {
     if (auto found = take(*frame)) estimates.push_back(std::move(*found));
@@ -163,21 +174,34 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
     seen.push_back(o.landmark);
     return;
   }
-  const SE3& anchor_cam_T_imu = sliding.window.points.at(*track.point).cam_T_imu;
-  sliding.observe(*track.point, view_of(views.back(), anchor_cam_T_imu, track.matches));
+  const WindowPoint& point = sliding.window.points.at(*track.point);
+  sliding.observe(*track.point, view_of(views.back(), point, track.matches));
   ++report.observations;
 }
 
-WindowView InertialWindow::Implementation::view_of(const PointView& view,
-                                                   const SE3& anchor_cam_T_imu,
+CalibratedTerm InertialWindow::Implementation::term_of(const PointView& view,
+                                                       const WindowPoint& point,
+                                                       double sigma) const {
+  CalibratedTerm term = calibrated_term(input, graph, view, point.cam_T_imu, sigma);
+  term.anchor = point.camera;
+  if (term.anchor) {
+    term.anchor->is_view = point.extrinsics == static_cast<std::size_t>(view.camera);
+  }
+  return term;
+}
+
+WindowView InertialWindow::Implementation::view_of(const PointView& view, const WindowPoint& point,
                                                    int& matches) const {
+  const double sigma = sigma_of(input, view, matches);
   WindowView made =
-      window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
-                            .cam_T_imu = cam_T_imu_of(input, graph, view),
-                            .of_anchor = anchor_cam_T_imu,
-                            .pixel = view.pixel,
-                            .sigma = sigma_of(input, view, matches)},
-                  graph.anchored);
+      graph.calibration
+          ? window_view(term_of(view, point, sigma), graph.anchored)
+          : window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                                  .cam_T_imu = cam_T_imu_of(input, graph, view),
+                                  .of_anchor = point.cam_T_imu,
+                                  .pixel = view.pixel,
+                                  .sigma = sigma},
+                        graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
   made.match = view.match;
@@ -196,9 +220,10 @@ void InertialWindow::Implementation::initialise_landmarks() {
                      .anchor = first.keyframe,
                      .cam_T_imu = anchor_T_imu(input, graph, point),
                      .parameters = point.parameters};
+    hang_on_camera(first, point.face, made);
     track.matches = 0;
     for (const PointView& view : point.views) {
-      made.views.push_back(view_of(view, made.cam_T_imu, track.matches));
+      made.views.push_back(view_of(view, made, track.matches));
     }
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
@@ -209,6 +234,27 @@ void InertialWindow::Implementation::initialise_landmarks() {
   }
 }
 
+// Lets the axes of an anchored landmark move with the estimated extrinsics of its camera. In axes
+// that are fixed to the keyframe, an error of the extrinsics would move a landmark by an amount
+// that depends on its depth, and the prior would seem to know these errors as soon as depths
+// change.
+void InertialWindow::Implementation::hang_on_camera(const PointView& first, AnchorFace face,
+                                                    WindowPoint& point) const {
+  if (!graph.anchored || !graph.calibration || graph.calibration->imu_T_camera.empty()) return;
+  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(first.keyframe)];
+  point.camera = {.face = face,
+                  .imu_T_line = imu_T_line(camera, motion_of(graph, keyframe), first.pixel)};
+  point.extrinsics = static_cast<std::size_t>(first.camera);
+  const SE3 before = point.cam_T_imu;
+  update_axes(sliding.window, point);
+  const SE3 change = point.cam_T_imu * before.inverse();
+  const double w = point.parameters.z();
+  const Eigen::Vector3d q =
+      change.R * Eigen::Vector3d(point.parameters.x(), point.parameters.y(), 1) + w * change.p;
+  point.parameters = Eigen::Vector3d(q.x(), q.y(), w) / q.z();
+}
+
 void InertialWindow::Implementation::read_states() {
   const Window& window = sliding.window;
   for (int k = window.first; k <= window.last(); ++k) {
@@ -216,6 +262,9 @@ void InertialWindow::Implementation::read_states() {
     graph.keyframes[static_cast<std::size_t>(k)].state =
         read_state(keyframe.motion.data(), keyframe.additive.data());
   }
+  if (!graph.calibration) return;
+  read_calibration(window.calibration.data(), *graph.calibration);
+  graph.cameras = calibrated(input.cameras, graph.calibration);
 }
 
 Estimate InertialWindow::Implementation::estimate(Time time,
@@ -230,6 +279,11 @@ Estimate InertialWindow::Implementation::estimate(Time time,
   report.covariance_factor =
       settings.covariance_factor.value_or(sliding.walk().covariance_factor());
   e.covariance = report.covariance_factor * sliding.newest_covariance();
+  if (graph.calibration) {
+    e.calibration = graph.calibration;
+    e.calibration->covariance = widened(report.covariance_factor, sliding.calibration_covariance(),
+                                        graph.calibration->covariance);
+  }
   for (const auto& [number, point] : window.points) {
     e.used += static_cast<int>(std::ranges::count_if(
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));

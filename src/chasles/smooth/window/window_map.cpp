@@ -6,10 +6,21 @@
 // Uncertainties from the factor of a window's last step.
 namespace chasles::smooth_detail {
 
+void update_axes(const Window& window, WindowPoint& point) {
+  if (!point.camera) return;
+  const auto& block = window.sizes.calibration.all()[point.extrinsics];
+  point.cam_T_imu = point.camera->axes_T_imu(read_pose(window.calibration.data() + block.number));
+}
+
+void update_axes(Window& window) {
+  for (auto& [number, point] : window.points) update_axes(window, point);
+}
+
 Landmark landmark_of(const WindowPoint& point) {
   Landmark landmark{.id = point.id};
   landmark.anchor = point.anchor;
   landmark.cam_T_imu = point.cam_T_imu;
+  if (point.camera) landmark.imu_T_line = point.camera->imu_T_line;
   landmark.inverse_depth = point.parameters;
   return landmark;
 }
@@ -24,6 +35,14 @@ Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& fact
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
   factor.L.bottomRightCorner(n, n).triangularView<Eigen::Lower>().solveInPlace(inverse);
   return inverse.transpose() * inverse;
+}
+
+Eigen::MatrixXd calibration_covariance(const WindowFactor& factor) {
+  const WindowRows& rows = *factor.rows;
+  const int n = rows.calibration_errors, count = rows.size - rows.calibration;
+  Eigen::MatrixXd C = Eigen::MatrixXd::Identity(count, n);
+  dense::solve_lower(factor.L.bottomRightCorner(count, count), C);
+  return C.transpose() * C;
 }
 
 std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
@@ -43,6 +62,10 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark_of(point));
     by_point = d.rightCols<3>();
     C.middleRows<6>(rows.keyframe(point.anchor)) = d.leftCols<6>().transpose();
+    if (point.camera) {
+      C.middleRows<6>(rows.calibration + extrinsics_row(window, point)) =
+          anchored_derivative_by_camera(anchor, landmark_of(point)).transpose();
+    }
   }
   landmark.covariance.setZero();
   if (point.in_prior) {
@@ -53,10 +76,14 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
       C.middleRows<6>(rows.keyframe(pose_block.keyframe)) -=
           pose_block.W * by_information.transpose();
     }
+    if (rows.calibration_errors > 0) {
+      C.middleRows(rows.calibration, rows.calibration_errors) -=
+          point.linear.calibration.W * by_information.transpose();
+    }
     landmark.covariance = by_information * by_point.transpose();
   }
   // Rows above the first nonzero row stay zero.
-  const int first = point.in_prior ? rows.points.at(number) : rows.begin;
+  const int first = point.in_prior ? rows.points.at(number) : rows.calibration;
   const int count = rows.size - first;
   dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));
   landmark.covariance += C.bottomRows(count).transpose() * C.bottomRows(count);
