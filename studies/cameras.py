@@ -6,6 +6,7 @@ rolling      rendered walks and flights, 10 seeds of each: a readout that is kno
              taken for a global shutter. It renders to out/cameras, which takes 40 minutes on two cores.
 wide         rendered walks and flights, 10 seeds of each: fisheyes and rigs. An hour on two cores.
 calibration  simulated walks, 100 runs, with a wrong calibration that is known, estimated or considered.
+imu          simulated walks, 20 runs, with a wrong IMU that is known, estimated or considered; and recordings of EuRoC.
 real         the recordings of EuRoC and KITTI with the published calibration known, estimated or considered.
 smoothed     the same two with batch and window: 10 of the walks, and the recordings of EuRoC.
 
@@ -29,7 +30,7 @@ from studies.program import (DATA, EUROC, LOST, ROOT, Argument, Json, assignment
 
 OUT = ROOT / "out/cameras"
 PAGE = ROOT / "studies/cameras.md"
-MARKERS = {PAGE: ("rolling", "wide", "calibration", "real", "smoothed")}
+MARKERS = {PAGE: ("rolling", "wide", "calibration", "imu", "real", "smoothed")}
 SEEDS = range(1, 11)
 WORKERS = int(os.environ.get("WORKERS", "2"))
 LENS: Json = {"image_width": 752, "image_height": 480, "focal_length": 458, "center_u": 375.5, "center_v": 239.5}
@@ -169,9 +170,7 @@ GROUPS = {"turned": "rotation", "imu_T": "position", "fx": "focal lengths", "fy"
 
 
 def calibrate(value: str) -> list[str]:
-    clock = "true" if value == "considered" else value  # which a filter may not consider
-    return sets(*(f"calibrate_{part}={value}" for part in ("extrinsics", "intrinsics", "readout")),
-                f"calibrate_time_offset={clock}")
+    return sets(*(f"calibrate_{part}={value}" for part in ("extrinsics", "intrinsics", "readout", "time_offset")))
 
 
 class Wrong:
@@ -321,6 +320,106 @@ def calibration() -> str:
                         pages.table(["estimated", "NEES / 1", "within 3 sigma, %"], squares)])
 
 
+# The default sigmas of the IMU: scale [1], misalignment [rad], g-sensitivity [rad/s/(m/s^2)].
+SCALE, MISALIGNMENT, G_SENSITIVITY = 0.005, 0.002, 0.0002
+IMU_RUNS = 20
+IMU_GROUPS = {"scale": "scale", "misalignment": "misalignment", "g_sensitivity": "g-sensitivity"}
+SCALE_ALONE = sets("initial_imu_misalignment_sigma=0", "initial_g_sensitivity_sigma=0")
+# What is wrong: whether the scales alone, and the number of cameras.
+IMU_CASES = {"all": (False, 1), "scales": (True, 1), "scales, two cameras": (True, 2)}
+
+
+class WrongImu:
+    """Gives the IMU of a recording errors of scale, misalignment and g-sensitivity, which it knows."""
+
+    def __init__(self, recording: pathlib.Path, seed: int, scale_alone: bool) -> None:
+        draw = numpy.random.default_rng(seed)
+        force, rate = (SCALE * numpy.diag(draw.standard_normal(3)) for _ in range(2))
+        others = 0 if scale_alone else 1
+        force[numpy.tril_indices(3, -1)] = others * MISALIGNMENT * draw.standard_normal(3)
+        rate[~numpy.eye(3, dtype=bool)] = others * MISALIGNMENT * draw.standard_normal(6)
+        of_force = others * G_SENSITIVITY * draw.standard_normal((3, 3))
+        self.true: dict[str, float] = {}
+        for i, x in enumerate("xyz"):
+            for j, y in enumerate("xyz"):
+                kind = f"scale_{x}" if i == j else f"misalignment_{x}_{y}"
+                self.true |= {f"accelerometer_{kind}": force[i, j], f"gyroscope_{kind}": rate[i, j],
+                              f"g_sensitivity_{x}_{y}": of_force[i, j]}
+        table = recording / "imu.csv"
+        header, *lines = table.read_text().splitlines()
+        times = [line.split(",")[0] for line in lines]
+        samples = numpy.array([[float(x) for x in line.split(",")[1:]] for line in lines])
+        w, f = samples[:, :3], samples[:, 3:]
+        measured = numpy.hstack([(w + f @ of_force.T) @ numpy.linalg.inv(numpy.eye(3) + rate).T,
+                                 f @ numpy.linalg.inv(numpy.eye(3) + force).T])
+        rows = (",".join([time, *map(repr, row)]) for time, row in zip(times, measured.tolist()))
+        table.write_text("\n".join([header, *rows, ""]))
+
+
+def of_imu(seed: int, scale_alone: bool, cameras: int) -> tuple[dict[str, Json | None], dict[str, tuple[float, bool]]]:
+    """The summaries of runs with an exact IMU and a wrong one; the estimated parameters' errors over their sigmas,
+    and whether the motion observed them."""
+    recording = OUT / f"imu-{seed}-{'scales' if scale_alone else 'all'}-{cameras}"
+    shutil.rmtree(recording, ignore_errors=True)
+    settings: Json = {"walk_duration": 30, "seed": seed, "cameras": cameras}
+    chasles("simulate", "walk", *sets(*assignments(settings)), "--run", seed, "--quiet", "-o", recording)
+    runs = {"exact": run(recording, "exact")}
+    wrong = WrongImu(recording, seed, scale_alone)
+    for name, value in (("known", "false"), ("considered", "considered"), ("estimated", "true")):
+        runs[name] = run(recording, name, *sets(f"calibrate_imu={value}"), *SCALE_ALONE * scale_alone)
+    shutil.rmtree(recording)
+    estimated = runs["estimated"]
+    table = estimated["calibration"]["parameters"] if estimated else []
+    return runs, {p["name"]: ((p["estimate"] - wrong.true[p["name"]]) / p["sigma"], p["observed"]) for p in table}
+
+
+def of_recordings(setting: str) -> tuple[list[list[str]], list[tuple[str, dict[str, Json]]]]:
+    """A row of ATE and NEES for each recording, with the setting false, considered and true, and the parameters of the
+    last."""
+    rows, found = [], []
+    for name, (path, *options) in RECORDINGS.items():
+        cells = [name]
+        for value in ("false", "considered", "true"):
+            summary = run(OUT / "real", value, *options, *sets(f"{setting}={value}"), recording=path)
+            if not summary:
+                cells += ["-", "-"]
+                continue
+            cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)]
+            if value == "true":
+                found.append((name, {p["name"]: p for p in summary["calibration"]["parameters"]}))
+        rows.append(cells)
+    return rows, found
+
+
+OF_RECORDINGS = ["recording", "ATE m, known", "NEES / 6", "considered", "NEES / 6", "estimated", "NEES / 6"]
+
+
+def imu() -> str:
+    rows, groups = [], []
+    for wrong, case in IMU_CASES.items():
+        with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+            done = list(pool.map(lambda seed: of_imu(seed, *case), range(1, IMU_RUNS + 1)))
+        rows += [[wrong, name, *scores([runs[name] for runs, _ in done])] for name in done[0][0]]
+        for part, group in IMU_GROUPS.items():
+            errors = [value for _, of_names in done for name, value in of_names.items() if part in name]
+            if errors:
+                groups.append([wrong, group, number(statistics.mean(e * e for e, _ in errors), 2),
+                               number(100 * sum(abs(e) < 3 for e, _ in errors) / len(errors), 1),
+                               number(100 * sum(observed for _, observed in errors) / len(errors), 0)])
+    recordings, found = of_recordings("calibrate_imu")
+    largest = []
+    for name, table in found:
+        moved = sorted((p for key, p in table.items() if key != "time_offset"),
+                       key=lambda p: -abs(p["estimate"] / p["stated_sigma"]))
+        largest += [[name, p["name"], number(p["estimate"], 5), number(p["sigma"], 5), number(p["stated_sigma"], 5)]
+                    for p in moved[:3]]
+    return "\n\n".join([
+        pages.table(["wrong", "IMU", "ATE m", "NEES pose / 6", "lost"], rows),
+        pages.table(["wrong", "estimated", "NEES / 1", "within 3 sigma, %", "observed, %"], groups),
+        pages.table(OF_RECORDINGS, recordings),
+        pages.table(["recording", "moved most", "estimate", "sigma", "stated sigma"], largest)])
+
+
 RECORDINGS: dict[str, list[Argument]] = {
     "MH_01, mono": [EUROC / "MH_01_easy_17s", "--cameras", "mono"],
     "MH_01, stereo": [EUROC / "MH_01_easy_17s"],
@@ -330,27 +429,14 @@ RECORDINGS: dict[str, list[Argument]] = {
 
 
 def real() -> str:
-    rows = []
-    found: list[list[str]] = []
-    for name, (path, *options) in RECORDINGS.items():
-        cells = [name]
-        for value in ("false", "considered", "true"):
-            summary = run(OUT / "real", value, *options, *sets(f"calibrate_intrinsics={value}"), recording=path)
-            if not summary:
-                cells += ["-", "-"]
-                continue
-            cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)]
-            if value == "true":
-                table = {p["name"]: p for p in summary["calibration"]["parameters"]}
-                found += [[name, key, number(p["estimate"] - p["stated"], 4), number(p["sigma"], 4)]
-                          for key, p in table.items() if key in ("cam0_fx", "cam0_cx", "cam0_k1", "cam0_k2")]
-        rows.append(cells)
-    return "\n\n".join([
-        pages.table(["recording", "ATE m, known", "NEES / 6", "considered", "NEES / 6", "estimated", "NEES / 6"], rows),
-        pages.table(["recording", "parameter", "estimate minus stated", "sigma"], found)])
+    rows, tables = of_recordings("calibrate_intrinsics")
+    found = [[name, key, number(p["estimate"] - p["stated"], 4), number(p["sigma"], 4)] for name, table in tables
+             for key, p in table.items() if key in ("cam0_fx", "cam0_cx", "cam0_k1", "cam0_k2")]
+    return "\n\n".join([pages.table(OF_RECORDINGS, rows),
+                        pages.table(["recording", "parameter", "estimate minus stated", "sigma"], found)])
 
 
-TABLES = {"rolling": rolling, "wide": wide, "calibration": calibration, "real": real, "smoothed": smoothed}
+TABLES = {"rolling": rolling, "wide": wide, "calibration": calibration, "imu": imu, "real": real, "smoothed": smoothed}
 
 
 def main() -> None:

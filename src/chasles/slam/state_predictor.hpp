@@ -28,7 +28,8 @@ struct PredictedState {
 /// anew at the estimate's time.
 ///
 /// With parameters of the IMU in the state the samples are corrected by their estimate. An Estimate
-/// has no correlation of their errors with its biases, so the covariance is larger than it could be.
+/// has no correlation of their errors with its biases, so the covariance is larger than it could
+/// be.
 ///
 /// The prediction ends, until the next estimate, where nobody should rely on it: at an estimate
 /// that is lost, at a gap between samples that no estimator bridges (TimeGaps), and once the
