@@ -120,7 +120,7 @@ TEST(ImuCalibration, GoesWithEveryChart) {
   }
   InertialSlamSettings settings = with_imu(Calibrate::kTrue);
   settings.chart = "standard";
-  settings.first_estimates = true;
+  settings.first_estimates = Toggle::kTrue;
   EXPECT_LT(nees(settings), chi2_quantile(0.9995, 24));
 }
 
