@@ -45,21 +45,8 @@ Camera with_intrinsics(Camera camera, const Intrinsics& intrinsics) {
   return camera;
 }
 
-IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
-                                           const ReadoutMotion& motion,
-                                           const Eigen::Vector2d& pixel,
-                                           const Eigen::Vector3d& p_cam, double w) {
-  const Intrinsics& of_state = x.intrinsics[static_cast<std::size_t>(index)];
-  IntrinsicsDerivative result;
-  result.blocks = of_state.blocks();
-  const Eigen::Vector3d along = p_cam.normalized();
-  if (const auto by = of_state.has_lens ? parameter_derivative(camera, along) : std::nullopt) {
-    const Eigen::Index lens = by->cols() - 4;
-    result.d.leftCols<4>() = by->leftCols<4>();
-    result.d.middleCols(6, lens) = by->rightCols(lens);
-  }
-  if (!of_state.has_readout || !camera.shutter.is_rolling()) return result;
-  const double part = line_part(camera, pixel), delay = camera.shutter.readout * part;
+Eigen::Vector3d moved_by_delay(const Camera& camera, const ReadoutMotion& motion, double delay,
+                               const Eigen::Vector3d& p_cam, double w) {
   const SE3 imu_T_line = motion.after(delay);
   const Eigen::Vector3d turned = delay * motion.rate + delay * delay * motion.rate_change;
   const Eigen::Vector3d rate_line =
@@ -69,13 +56,37 @@ IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Came
   const Eigen::Matrix3d cam_R_line = camera.cam_T_imu.R * imu_T_line.R;
   const SE3 line_T_cam = imu_T_line.inverse() * camera.cam_T_imu.inverse();
   const Eigen::Vector3d p_line = line_T_cam.R * p_cam + w * line_T_cam.p;
-  const Eigen::Vector3d moved = -rate_line.cross(p_line) - w * (imu_T_line.R.transpose() * v_imu);
-  result.p_cam_by_readout = part * (cam_R_line * moved);
+  return cam_R_line * (-rate_line.cross(p_line) - w * (imu_T_line.R.transpose() * v_imu));
+}
+
+IntrinsicsDerivative intrinsics_derivative(const Intrinsics& intrinsics, const Camera& camera,
+                                           const ReadoutMotion& motion, double delay,
+                                           const Eigen::Vector2d& pixel,
+                                           const Eigen::Vector3d& p_cam, double w) {
+  IntrinsicsDerivative result;
+  result.blocks = intrinsics.blocks();
+  const Eigen::Vector3d along = p_cam.normalized();
+  if (const auto by = intrinsics.has_lens ? parameter_derivative(camera, along) : std::nullopt) {
+    const Eigen::Index lens = by->cols() - 4;
+    result.d.leftCols<4>() = by->leftCols<4>();
+    result.d.middleCols(6, lens) = by->rightCols(lens);
+  }
+  if (!intrinsics.has_readout || !camera.shutter.is_rolling()) return result;
+  result.p_cam_by_readout =
+      line_part(camera, pixel) * moved_by_delay(camera, motion, delay, p_cam, w);
   const auto projection = project(camera, along);
   if (!projection) return result;
   result.d.col(Intrinsics::kReadoutRow) =
       projection->d_point * result.p_cam_by_readout / p_cam.norm();
   return result;
+}
+
+IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
+                                           const ReadoutMotion& motion,
+                                           const Eigen::Vector2d& pixel,
+                                           const Eigen::Vector3d& p_cam, double w) {
+  return intrinsics_derivative(x.intrinsics[static_cast<std::size_t>(index)], camera, motion,
+                               line_delay(camera, pixel), pixel, p_cam, w);
 }
 
 Camera as_estimated(Camera camera, const State& x, int index, const Eigen::Vector2d& pixel) {

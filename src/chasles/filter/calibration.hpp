@@ -47,9 +47,19 @@ struct IntrinsicsDerivative {
   auto block(int i) const { return d.middleCols<6>(6 * i); }
 };
 
-/// `camera`: that of `index` as estimated, at the line of the pixel. `p_cam` / w is the point that
-/// it sees [m]. The errors of the `motion` in which the line was read (camera/rolling_shutter.hpp)
-/// are neglected. The state must have intrinsics.
+/// How a point moves in a camera's frame as the pixel is seen later, times w [m/s]. `camera`: at
+/// that line, `delay` [s] after the time of the image. `p_cam` / w is the point [m]. The errors of
+/// the `motion` in which the line was read (camera/rolling_shutter.hpp) are neglected.
+Eigen::Vector3d moved_by_delay(const Camera& camera, const ReadoutMotion& motion, double delay,
+                               const Eigen::Vector3d& p_cam, double w);
+
+/// `camera`: with these `intrinsics`. The others as in moved_by_delay.
+IntrinsicsDerivative intrinsics_derivative(const Intrinsics& intrinsics, const Camera& camera,
+                                           const ReadoutMotion& motion, double delay,
+                                           const Eigen::Vector2d& pixel,
+                                           const Eigen::Vector3d& p_cam, double w);
+/// The same for a `camera` that is that of `index` as estimated, at the line of the pixel. The
+/// state must have intrinsics.
 IntrinsicsDerivative intrinsics_derivative(const State& x, int index, const Camera& camera,
                                            const ReadoutMotion& motion,
                                            const Eigen::Vector2d& pixel,

@@ -52,7 +52,7 @@ std::vector<TimedMotion> filter_motions(const FilterVariant& filter, const Recor
                                         const InertialStart& start) {
   std::vector<TimedMotion> motions;
   run_filter(filter, recording, start, [&](const Estimate& e) {
-    motions.push_back(timed_motion(e));
+    motions.push_back(timed_motion(e, from_seconds(filter.settings.initial_time_offset())));
     return e.health != Health::kLost;
   });
   return motions;

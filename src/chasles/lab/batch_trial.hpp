@@ -9,8 +9,7 @@
 namespace chasles {
 
 /// The input of batch estimation from a recording of tracks, with the noise, chart and start of a
-/// filter's settings, without initial states. Throws as check_smoothing()
-/// (pipeline/batch_input.hpp).
+/// filter's settings, without initial states.
 InertialBatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
                                const InertialStart& start);
 

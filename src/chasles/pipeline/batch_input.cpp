@@ -1,8 +1,8 @@
 #include <Eigen/Geometry>
 
-#include <chasles/base/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 #include <chasles/slam/imu_in_use.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/start_covariance.hpp>
 
 namespace chasles {
@@ -17,31 +17,36 @@ Eigen::Matrix<double, 3, 4> moved(const Eigen::Vector3d& p, const Place& place) 
   return J;
 }
 
-}  // namespace
-
-void check_smoothing(const InertialSlamSettings& settings) {
-  if (settings.has_extrinsics() || settings.has_intrinsics() || settings.has_time_offset() ||
-      settings.has_imu()) {
-    throw UsageError(
-        "batch estimation takes the calibration as known: calibrate_extrinsics, "
-        "calibrate_intrinsics, calibrate_readout, calibrate_time_offset and calibrate_imu are for "
-        "the filter; run the filter first, and use the calibration that it estimates");
-  }
+// Rows of the errors of the calibration.
+std::vector<int> considered_errors(const InertialSlamSettings& settings,
+                                   const Calibration& calibration) {
+  State x;
+  x.imu_T_camera = calibration.imu_T_camera;
+  x.time_offset = calibration.time_offset;
+  x.intrinsics = calibration.intrinsics;
+  std::vector<int> rows = considered_rows(settings, x);
+  for (int& row : rows) row -= x.calibration_row();
+  return rows;
 }
+
+}  // namespace
 
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start) {
-  check_smoothing(settings);
-  return {.cameras = sensors.cameras,
-          .noise = noise_in_use(settings, sensors.noise),
-          .imu = imu_in_use(settings, sensors.imu),
-          .pixel_sigma = settings.track_sigma.value_or(sensors.pixel_sigma),
-          .match_sigma = settings.match_sigma.value_or(0),
-          .time_offset = from_seconds(settings.initial_time_offset()),
-          .samples = {},
-          .frames = {},
-          .start = start,
-          .start_covariance = start_covariance(settings, start)};
+  const auto calibration = stated_calibration(settings, sensors.cameras);
+  return {
+      .cameras = sensors.cameras,
+      .noise = noise_in_use(settings, sensors.noise),
+      .imu = imu_in_use(settings, sensors.imu),
+      .pixel_sigma = settings.track_sigma.value_or(sensors.pixel_sigma),
+      .match_sigma = settings.match_sigma.value_or(0),
+      .time_offset = from_seconds(settings.initial_time_offset()),
+      .calibration = calibration,
+      .considered = calibration ? considered_errors(settings, *calibration) : std::vector<int>(),
+      .samples = {},
+      .frames = {},
+      .start = start,
+      .start_covariance = start_covariance(settings, start)};
 }
 
 Place take_place(InertialBatchInput& input) {
@@ -75,12 +80,23 @@ InertialStart start_at(const Estimate& e) {
           .covariance = e.covariance};
 }
 
-TimedMotion timed_motion(const Estimate& e) {
-  return {.time = e.time,
-          .state = {.world_T_imu = e.world_T_imu,
-                    .v_world = *e.v_world,
-                    .accelerometer_bias = e.additive.head<3>(),
-                    .gyroscope_bias = e.additive.tail<3>()}};
+void begin_at(const Calibration& calibration, const std::vector<Camera>& cameras,
+              InertialBatchInput& input) {
+  input.cameras = calibrated(cameras, calibration);
+  if (calibration.time_offset) input.time_offset = from_seconds(*calibration.time_offset);
+}
+
+TimedMotion timed_motion(const Estimate& e, Time time_offset) {
+  TimedMotion motion{.time = e.time,
+                     .state = {.world_T_imu = e.world_T_imu,
+                               .v_world = *e.v_world,
+                               .accelerometer_bias = e.additive.head<3>(),
+                               .gyroscope_bias = e.additive.tail<3>()}};
+  if (!e.calibration || !e.calibration->time_offset) return motion;
+  const Time later = time_offset - from_seconds(*e.calibration->time_offset);
+  motion.time += later;
+  motion.state.world_T_imu.p += to_seconds(later) * motion.state.v_world;
+  return motion;
 }
 
 }  // namespace chasles

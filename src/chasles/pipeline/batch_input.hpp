@@ -5,11 +5,9 @@
 
 namespace chasles {
 
-/// Throws UsageError for settings that batch estimation and windows do not support: calibration.
-void check_smoothing(const InertialSlamSettings& settings);
-
 /// The input of batch estimation and windows: sensors, noise and chart of the filter's settings,
-/// and the start. Samples, frames and initial states are empty. Throws as check_smoothing().
+/// the parts of the calibration that these estimate or consider, and the start. Samples, frames and
+/// initial states are empty.
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start);
 
@@ -29,7 +27,12 @@ Place take_place(InertialBatchInput& input);
 void add_place(const Place& place, Estimate& estimate);
 void add_place(const Place& place, MapLandmark& landmark);
 
-/// A filter's estimate as an initial state of batch estimation.
-TimedMotion timed_motion(const Estimate& e);
+/// Lets the search begin at this calibration, which replaces that of `cameras`, as stated.
+void begin_at(const Calibration& calibration, const std::vector<Camera>& cameras,
+              InertialBatchInput& input);
+
+/// A filter's estimate as an initial state of batch estimation with that time offset: a filter that
+/// estimates the offset has its estimates at other times.
+TimedMotion timed_motion(const Estimate& e, Time time_offset);
 
 }  // namespace chasles

@@ -63,6 +63,30 @@ std::vector<BatchMaterial> divided(BatchMaterial material, Time offset) {
   return parts;
 }
 
+// The calibration that the filter found last, with a sound estimate.
+std::optional<Calibration> found_calibration(const std::vector<Estimate>& estimates) {
+  const auto sound = std::find_if(estimates.rbegin(), estimates.rend(),
+                                  [](const Estimate& e) { return e.health != Health::kLost; });
+  return sound == estimates.rend() ? std::nullopt : sound->calibration;
+}
+
+// Takes samples and frames. `begun`: where the search begins with the calibration; `known`: what
+// earlier parts know of it.
+InertialBatchInput part_input(const InertialSensors& sensors, const InertialRunSettings& settings,
+                              const std::optional<Calibration>& begun,
+                              const std::optional<Calibration>& known, BatchMaterial& part) {
+  InertialBatchInput input =
+      batch_input(sensors, settings.filter, start_at(part.estimates.front()));
+  if (begun) begin_at(*begun, sensors.cameras, input);
+  if (known) input.calibration = known;
+  for (const Estimate& e : part.estimates) {
+    input.initial.push_back(timed_motion(e, input.time_offset));
+  }
+  input.samples = std::move(part.samples);
+  input.frames = std::move(part.frames);
+  return input;
+}
+
 InertialBatchResult smooth_part(InertialBatchInput input, const InertialRunSettings& settings,
                                 bool later, const StopRequest& stop) {
   std::optional<Place> place;
@@ -123,18 +147,17 @@ InertialBatchResult smooth_parts(const InertialSensors& sensors,
   int done = 0, failed = 0;
   std::string failure;
   std::exception_ptr first_error;
-  std::vector<BatchMaterial> parts =
-      divided(std::move(material), from_seconds(settings.filter.initial_time_offset()));
+  std::optional<Calibration> begun = found_calibration(material.estimates), known;
+  const double offset =
+      begun && begun->time_offset ? *begun->time_offset : settings.filter.initial_time_offset();
+  std::vector<BatchMaterial> parts = divided(std::move(material), from_seconds(offset));
   for (BatchMaterial& part : parts) {
-    InertialBatchInput input =
-        batch_input(sensors, settings.filter, start_at(part.estimates.front()));
-    input.samples = std::move(part.samples);
-    input.frames = std::move(part.frames);
-    for (const Estimate& e : part.estimates) input.initial.push_back(timed_motion(e));
+    InertialBatchInput input = part_input(sensors, settings, begun, known, part);
     try {
       append(smooth_part(std::move(input), settings, &part != &parts.front(), stop), done == 0,
              all);
       ++done;
+      begun = known = all.estimates.back().calibration;
     } catch (const Error& error) {
       if (!first_error) {
         first_error = std::current_exception();

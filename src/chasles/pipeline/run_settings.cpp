@@ -1,7 +1,6 @@
 #include <charconv>
 
 #include <chasles/base/error.hpp>
-#include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
@@ -13,6 +12,17 @@ void check_keyframes(const EstimatorChoice& choice) {
     throw UsageError("estimator: found a window of " + std::to_string(choice.keyframes) +
                      " keyframes, expected 2 or more");
   }
+}
+
+void check_window(const InertialSlamSettings& settings) {
+  if (!settings.has_extrinsics() && !settings.has_intrinsics() &&
+      !settings.estimates_time_offset()) {
+    return;
+  }
+  throw UsageError(
+      "a window takes the calibration as known: calibrate_extrinsics, calibrate_intrinsics, "
+      "calibrate_readout and calibrate_time_offset are for filter and batch; run one of them "
+      "first, and use the calibration that it estimates");
 }
 
 }  // namespace
@@ -45,7 +55,7 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.frontend);
   validate(settings.batch);
   check_keyframes(settings.estimator);
-  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
+  if (settings.estimator.is_window()) check_window(settings.filter);
 }
 
 void validate(const VelocityRunSettings& settings) {

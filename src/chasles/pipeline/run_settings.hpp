@@ -37,7 +37,7 @@ struct InertialRunSettings {
 };
 
 /// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and an
-/// estimated calibration with batch or window.
+/// estimated calibration with a window.
 void validate(const InertialRunSettings& settings);
 
 /// All settings of a stereo-velocity run.

@@ -100,7 +100,10 @@ void RunRecorder::on_smoothed(std::span<const Estimate> estimates, double second
   result_.run.stage_names.clear();
   result_.scale_sigma.reset();  // that of the filter from which the batch starts
   sums_ = {};
-  for (const Estimate& e : estimates) add_state(e, seconds / static_cast<double>(estimates.size()));
+  for (const Estimate& e : estimates) {
+    result_.calibration = e.calibration;
+    add_state(e, seconds / static_cast<double>(estimates.size()));
+  }
 }
 
 RunState& RunRecorder::add_state(const Estimate& e, double seconds) {

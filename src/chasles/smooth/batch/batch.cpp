@@ -1,5 +1,9 @@
+#include <algorithm>
 #include <memory>
 #include <span>
+#include <vector>
+
+#include <Eigen/Cholesky>
 
 #include <chasles/base/processor_time.hpp>
 #include <chasles/filter/dense.hpp>
@@ -15,6 +19,15 @@ namespace chasles {
 namespace {
 
 using namespace smooth_detail;
+
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& P) {
+  const Eigen::VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd unit = scale.asDiagonal() * P * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(unit);
+  const Eigen::MatrixXd inverse =
+      scale.asDiagonal() * factor.solve(Eigen::MatrixXd(scale.asDiagonal()));
+  return (inverse + inverse.transpose()) / 2;
+}
 
 // An unobservable direction is an error only where it makes a position uncertain.
 void check_well_posed(const InertialBatchResult& result) {
@@ -53,10 +66,28 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   return walk;
 }
 
-void widen(double factor, InertialBatchResult& result) {
+// Of an estimated calibration the information of the measurements is smaller by the factor; that of
+// its prior is what it is.
+void widen(double factor, const InertialBatchInput& input, const Calibration& prior,
+           Calibration& calibration) {
+  std::vector<int> rows;
+  for (int row = 0; row < static_cast<int>(prior.covariance.rows()); ++row) {
+    if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
+  }
+  const Eigen::MatrixXd before = inverse_of(prior.covariance(rows, rows));
+  const Eigen::MatrixXd after = inverse_of(calibration.covariance(rows, rows));
+  calibration.covariance(rows, rows) = inverse_of(before + (after - before) / factor);
+}
+
+void widen(double factor, const InertialBatchInput& input, const BatchGraph& graph,
+           InertialBatchResult& result) {
   result.report.covariance_factor = factor;
   for (Estimate& e : result.estimates) e.covariance *= factor;
   for (MapLandmark& l : result.landmarks) l.covariance *= factor;
+  if (!graph.calibration || factor == 1) return;
+  Calibration wide = *result.estimates.back().calibration;
+  widen(factor, input, *graph.calibration, wide);
+  for (Estimate& e : result.estimates) e.calibration = wide;
 }
 
 }  // namespace
@@ -91,7 +122,12 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   assess(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - started;
-  add_estimates(*problem, input, graph, result, stop);
+  if (input.considered.empty()) {
+    add_estimates(*problem, input, graph, result, stop);
+  } else {
+    BatchProblem free(input, chart, settings, graph, kLeastDepth, BatchProblem::Considered::kFree);
+    add_estimates(free, input, graph, result, stop);
+  }
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
@@ -99,7 +135,7 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   check_well_posed(result);
   widen(settings.covariance_factor ? *settings.covariance_factor
                                    : walk_of(*problem, graph).covariance_factor(),
-        result);
+        input, graph, result);
   result.terms.push_back(
       std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;

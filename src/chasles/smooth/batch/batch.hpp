@@ -3,11 +3,13 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include <chasles/estimate/estimate.hpp>
+#include <chasles/filter/calibration.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/initialise/inertial_start.hpp>
@@ -23,12 +25,18 @@ struct TimedMotion {
 
 /// The input of batch estimation from a recording.
 struct InertialBatchInput {
-  std::vector<Camera> cameras;
+  std::vector<Camera> cameras;  ///< where the search begins, if the calibration is estimated
   ImuNoise noise;
   ImuBuffer::Options imu;
   double pixel_sigma = 1;  ///< [px]
   double match_sigma = 0;  ///< TrackNoise::match [px]
-  Time time_offset{};      ///< added to a frame's time to get the IMU's time
+  Time time_offset{};      ///< added to a frame's time to get the IMU's time; where it begins
+  /// What is estimated of the calibration, before any measurement; none: all of it is known. A
+  /// singular covariance gets the floor of the start's.
+  std::optional<Calibration> calibration = {};
+  /// Rows of its errors that are considered: they keep this prior, and their uncertainty counts
+  /// (considered_rows of slam/inertial_calibration.hpp).
+  std::vector<int> considered = {};
   std::vector<ImuSample> samples;
   std::vector<FeatureFrame> frames;
   /// The prior: its state, with `start_covariance`. The covariance may be singular: exact
@@ -116,10 +124,11 @@ struct InertialBatchResult {
 ///
 /// each whitened by its covariance (docs/batch.md), by the Levenberg-Marquardt method in the
 /// coordinates of the error chart. The minimum is the same in all charts. One thread; the same
-/// bytes on every run.
+/// bytes on every run. An estimated calibration is one more state, with its prior as a term.
 ///
 /// The covariance of every keyframe is that of the problem linearised at the minimum, times
-/// BatchReport::covariance_factor.
+/// BatchReport::covariance_factor. Considered errors c, of covariance C, add S C S^T, S the
+/// derivative of the minimum by c.
 ///
 /// Recovered and counted: see BatchReport. Throws InputError for insufficient data: fewer than two
 /// frames, no landmark that is observed twice, no samples, a gap between samples longer than half a

@@ -1,7 +1,9 @@
+#include <utility>
+
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
-#include <chasles/smooth/batch/selected_inverse.hpp>
+#include <chasles/smooth/batch/error_covariance_detail.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -15,16 +17,16 @@ Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const Inertial
   return inverse(chart.motion_block(x));
 }
 
-Matrix15d motion_covariance(const ProblemBlocks& problem, const SelectedInverse& inverse,
+Matrix15d motion_covariance(const ProblemBlocks& problem, const ErrorCovariance& errors,
                             const BatchKeyframe& keyframe, std::size_t k) {
-  Matrix15d P = inverse.block(range(problem.keyframe_row(k), 15));
+  Matrix15d P = errors.block(range(problem.keyframe_row(k), 15));
   const Eigen::Matrix<double, 9, 9> T = to_reference(problem.chart(), keyframe.state);
   P.topRows<9>() = (T * P.topRows<9>()).eval();
   P.leftCols<9>() = (P.leftCols<9>() * T.transpose()).eval();
   return (P + P.transpose()) / 2;
 }
 
-MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInverse& inverse,
+MapLandmark anchored_estimate(const ProblemBlocks& problem, const ErrorCovariance& errors,
                               const InertialBatchInput& input, const BatchGraph& graph,
                               std::size_t i) {
   const BatchPoint& point = graph.points[i];
@@ -43,10 +45,10 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   Eigen::Matrix<double, 12, 12> P = Eigen::Matrix<double, 12, 12>::Zero();
   if (tied) {
     rows.insert(rows.end(), own.begin(), own.end());
-    P = inverse.block(rows);
+    P = errors.block(rows);
   } else {
-    P.topLeftCorner<9, 9>() = inverse.block(rows);
-    P.bottomRightCorner<3, 3>() = inverse.block(own);
+    P.topLeftCorner<9, 9>() = errors.block(rows);
+    P.bottomRightCorner<3, 3>() = errors.block(own);
   }
   const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
   Eigen::Matrix<double, 3, 12> J;
@@ -56,14 +58,30 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   return result;
 }
 
+ConsideredErrors considered_of(const ProblemBlocks& problem, const InertialBatchInput& input,
+                               const BatchGraph& graph) {
+  ConsideredErrors considered;
+  if (input.considered.empty()) return considered;
+  for (const int row : input.considered) {
+    considered.rows.push_back(problem.calibration_row() + row);
+  }
+  considered.covariance = graph.calibration->covariance(input.considered, input.considered);
+  return considered;
+}
+
 }  // namespace
 
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
                    InertialBatchResult& result, const StopRequest& stop) {
-  const NormalEquations equations = normal_equations(problem);
+  NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
-  const SelectedInverse inverse(equations.lower, stop);
-  assess_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
+  const ErrorCovariance errors(std::move(equations), considered_of(problem, input, graph), stop);
+  assess_end(errors.squared_distance(), result.report);
+  std::optional<Calibration> calibration = graph.calibration;
+  if (calibration) {
+    calibration->covariance =
+        errors.block(range(problem.calibration_row(), problem.sizes().calibration.errors()));
+  }
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];
     Estimate& e = result.estimates.emplace_back();
@@ -71,7 +89,8 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
     e.world_T_imu = keyframe.state.world_T_imu;
     e.v_world = keyframe.state.v_world;
     e.additive = keyframe.state.biases();
-    e.covariance = motion_covariance(problem, inverse, keyframe, k);
+    e.covariance = motion_covariance(problem, errors, keyframe, k);
+    e.calibration = calibration;
     e.observations = e.used = keyframe.observations;
     e.landmarks = result.report.landmarks;
   }
@@ -79,11 +98,11 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
     const BatchPoint& point = graph.points[i];
     if (graph.anchored) {
       if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction without a position
-      result.landmarks.push_back(anchored_estimate(problem, inverse, input, graph, i));
+      result.landmarks.push_back(anchored_estimate(problem, errors, input, graph, i));
     } else {
       result.landmarks.push_back({.id = point.id,
                                   .p_world = point.parameters,
-                                  .covariance = inverse.block(range(problem.point_row(i), 3))});
+                                  .covariance = errors.block(range(problem.point_row(i), 3))});
     }
     result.landmarks.back().observations = static_cast<int>(point.views.size());
   }

@@ -5,7 +5,8 @@
 namespace chasles::smooth_detail {
 
 /// Adds motions and landmarks with their covariances, reference chart, from the problem linearised
-/// at the graph's states. The problem's blocks must hold these states.
+/// at the graph's states. The problem's blocks must hold these states,
+/// and all its errors must be free (BatchProblem::Considered).
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
                    InertialBatchResult& result, const StopRequest& stop = {});
 

@@ -10,16 +10,20 @@
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/imu/time_gaps.hpp>
 #include <chasles/lie/small_matrices.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/floors_detail.hpp>
 #include <chasles/smooth/batch/initial_error_detail.hpp>
+#include <chasles/smooth/terms/calibration_blocks_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
 
 // Initial value of an inverse depth that its rays do not determine [1/m].
 constexpr double kGuessedInverseDepth = 0.1;
+// Samples of that time show the motion by which another time offset moves an image [s].
+constexpr double kTimeOffsetSpan = 0.01;
 
 // The samples that are measurements, and the counts of the others.
 struct Measured {
@@ -72,21 +76,68 @@ void add_motion(const InertialBatchInput& input, ImuBuffer& buffer, BatchGraph& 
   for (BatchKeyframe& keyframe : keyframes) set_readout(input, buffer, keyframe);
 }
 
-// At the present state of the keyframe.
-ReadoutMotion motion_of(const BatchGraph& graph, const BatchKeyframe& keyframe) {
-  const InertialState& state = keyframe.state;
-  return keyframe.readout.motion(state.world_T_imu.R, state.v_world, graph.gravity);
+// The values at which a search begins. Considered ones are those of the prior.
+Calibration first_calibration(const InertialBatchInput& input) {
+  const CalibrationBlocks blocks(input.calibration);
+  const auto n = static_cast<std::size_t>(blocks.numbers());
+  std::vector<double> stated(n), begun(n);
+  write_calibration(*input.calibration, stated.data());
+  Calibration first = *input.calibration;
+  for (std::size_t i = 0; i < input.cameras.size(); ++i) {
+    const Camera& camera = input.cameras[i];
+    if (!first.imu_T_camera.empty()) first.imu_T_camera[i] = camera.cam_T_imu.inverse();
+    if (first.intrinsics.empty()) continue;
+    first.intrinsics[i] = intrinsics_of(camera);
+    first.intrinsics[i].has_lens = input.calibration->intrinsics[i].has_lens;
+    first.intrinsics[i].has_readout = input.calibration->intrinsics[i].has_readout;
+  }
+  if (first.time_offset) first.time_offset = to_seconds(input.time_offset);
+  write_calibration(first, begun.data());
+  for (const auto& block : blocks.all()) {
+    for (const int row : input.considered) {
+      if (row < block.row || row >= block.row + block.errors) continue;
+      const int of_row = block.is_pose ? block.number : block.number + row - block.row;
+      std::copy_n(stated.data() + of_row, block.is_pose ? block.numbers : 1, begun.data() + of_row);
+    }
+  }
+  read_calibration(begun.data(), first);
+  return first;
+}
+
+void check_calibration(const InertialBatchInput& input) {
+  const Calibration& c = *input.calibration;
+  const std::size_t cameras = input.cameras.size();
+  const auto fits = [&](std::size_t count) { return count == 0 || count == cameras; };
+  const int rows = CalibrationBlocks(input.calibration).errors();
+  if (!fits(c.imu_T_camera.size()) || !fits(c.intrinsics.size()) || c.covariance.rows() != rows ||
+      c.covariance.cols() != rows) {
+    throw UsageError(
+        "batch estimation of a calibration: found " + std::to_string(c.imu_T_camera.size()) +
+        " extrinsics, " + std::to_string(c.intrinsics.size()) + " intrinsics and a covariance of " +
+        std::to_string(c.covariance.rows()) + " rows, expected those of " +
+        std::to_string(cameras) + " cameras or none, and " + std::to_string(rows) + " rows");
+  }
+  for (const int row : input.considered) {
+    if (row >= 0 && row < rows) continue;
+    throw UsageError("batch estimation of a calibration: found a considered row " +
+                     std::to_string(row) + ", expected one of its " + std::to_string(rows) +
+                     " errors");
+  }
 }
 
 std::vector<View> views_of(const InertialBatchInput& input, const BatchGraph& graph,
                            const BatchPoint& point, std::vector<Camera>& at_lines) {
   at_lines.reserve(point.views.size());
   std::vector<View> views;
+  const double late = graph.late(input);
   for (const PointView& view : point.views) {
     const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(view.keyframe)];
-    const Camera* camera = &input.cameras[static_cast<std::size_t>(view.camera)];
-    if (camera->shutter.is_rolling()) {
-      camera = &at_lines.emplace_back(at_line(*camera, motion_of(graph, keyframe), view.pixel));
+    const Camera* camera = &graph.cameras[static_cast<std::size_t>(view.camera)];
+    if (camera->shutter.is_rolling() || late != 0) {
+      const double delay = line_delay(*camera, view.pixel) + late;
+      Camera& at = at_lines.emplace_back(*camera);
+      at.cam_T_imu = at.cam_T_imu * motion_of(graph, keyframe).after(delay).inverse();
+      camera = &at;
     }
     views.push_back(
         {.world_T_imu = keyframe.state.world_T_imu, .camera = camera, .pixel = view.pixel});
@@ -139,6 +190,18 @@ void add_start(const InertialBatchInput& input, BatchGraph& graph) {
   graph.start_whitening = *whitening;
 }
 
+void add_calibration(const InertialBatchInput& input, BatchGraph& graph) {
+  graph.cameras = input.cameras;
+  if (!input.calibration) return;
+  check_calibration(input);
+  graph.calibration = first_calibration(input);
+  graph.cameras = calibrated(input.cameras, graph.calibration);
+  graph.calibration->covariance.diagonal().array() += kFloor * kFloor;
+  const std::optional<Eigen::MatrixXd> whitening = whitening_of(graph.calibration->covariance);
+  if (!whitening) throw InputError("the calibration's covariance is not positive semidefinite");
+  graph.calibration_whitening = *whitening;
+}
+
 InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
                        ImuBuffer& buffer, BatchGraph& graph) {
   graph.links.push_back(imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
@@ -163,14 +226,14 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
     return true;
   }
   const View& first = views.front();
-  const Camera& camera = *first.camera;
   if (found) {
-    const Eigen::Vector3d p_cam = camera.cam_T_imu * (first.world_T_imu.inverse() * found->p_world);
+    const SE3 cam_T_imu = cam_T_imu_of(input, graph, point.views.front());
+    const Eigen::Vector3d p_cam = cam_T_imu * (first.world_T_imu.inverse() * found->p_world);
     point.face = face_towards(p_cam);
     point.parameters = inverse_depth_in(point.face, p_cam, 1);
     return true;
   }
-  const auto ray = face_ray(camera, first.pixel);
+  const auto ray = face_ray(*first.camera, first.pixel);
   if (!ray) return false;
   point.face = ray->face;
   point.parameters << ray->xy, kGuessedInverseDepth;
@@ -193,6 +256,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
   check_gaps(measured.samples, graph.keyframes.front().time, graph.keyframes.back().time);
   graph.anchored = settings.landmarks == LandmarkForm::kInverseDepth;
   add_start(input, graph);
+  add_calibration(input, graph);
   add_motion(input, buffer, graph);
   for (BatchPoint& point : tracked.points) {
     if (!place(input, settings, !input.initial.empty(), graph, point)) {
@@ -237,8 +301,18 @@ SE3 anchor_T_imu(const InertialBatchInput& input, const BatchGraph& graph,
   return face_T_imu(point.face, cam_T_imu_of(input, graph, point.views.front()));
 }
 
+ReadoutMotion motion_of(const BatchGraph& graph, const BatchKeyframe& keyframe) {
+  const InertialState& state = keyframe.state;
+  return keyframe.readout.motion(state.world_T_imu.R, state.v_world, graph.gravity);
+}
+
+Time readout_span(const InertialBatchInput& input) {
+  const bool moves = input.calibration && input.calibration->time_offset;
+  return from_seconds(std::max(longest_readout(input.cameras), moves ? kTimeOffsetSpan : 0));
+}
+
 void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe) {
-  const Time readout = from_seconds(longest_readout(input.cameras));
+  const Time readout = readout_span(input);
   if (readout <= Time{}) return;
   const auto intervals = buffer.between(keyframe.time, keyframe.time + readout);
   keyframe.readout = measured_readout(intervals, keyframe.state.biases());

@@ -45,6 +45,18 @@ struct BatchGraph {
   Matrix15d start_covariance = Matrix15d::Identity();  ///< with the floors of InertialBatchInput
   Eigen::Vector3d gravity = {0, 0, -kStandardGravity};
   bool anchored = true;
+  std::vector<Camera> cameras = {};  ///< as calibrated at present
+  /// What is estimated of the calibration, at present; with the covariance of its prior and the
+  /// floors of InertialBatchInput. And the whitening of that.
+  std::optional<Calibration> calibration = {};
+  Eigen::MatrixXd calibration_whitening = {};
+
+  /// By which images were taken later than their keyframes, at the present time offset [s].
+  double late(const InertialBatchInput& input) const {
+    return calibration && calibration->time_offset
+               ? *calibration->time_offset - to_seconds(input.time_offset)
+               : 0;
+  }
 };
 
 /// Longer gaps of samples leave the motion unknown (as in the filter).
@@ -91,6 +103,8 @@ void check(const InertialBatchInput& input);
 [[noreturn]] void reject_gap(Time last, Time next);
 void check_gaps(std::span<const ImuSample> measured, Time from, Time to);
 void add_start(const InertialBatchInput& input, BatchGraph& graph);
+/// Sets cameras and calibration to the values at which the search begins.
+void add_calibration(const InertialBatchInput& input, BatchGraph& graph);
 /// Adds a link from that keyframe to one at `to`; returns the state predicted there by the samples.
 InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
                        ImuBuffer& buffer, BatchGraph& graph);
@@ -99,11 +113,17 @@ InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& fro
 bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
            const BatchGraph& graph, BatchPoint& point);
 
-/// The extrinsics of a view's camera at the line of its pixel (camera/rolling_shutter.hpp).
+/// The extrinsics of a view's camera, as given, at the line of its pixel
+/// (camera/rolling_shutter.hpp).
 SE3 cam_T_imu_of(const InertialBatchInput& input, const BatchGraph& graph, const PointView& view);
-/// The same of an anchored landmark's first view, in the axes of its face.
+/// The same of an anchored landmark's first view, in the axes of its face. Its parameters refer to
+/// these axes, which no estimated calibration moves.
 SE3 anchor_T_imu(const InertialBatchInput& input, const BatchGraph& graph, const BatchPoint& point);
-/// Sets what the IMU measured during the readout of a keyframe, at the biases of its state.
+/// The motion of the IMU after a keyframe, at its present state.
+ReadoutMotion motion_of(const BatchGraph& graph, const BatchKeyframe& keyframe);
+/// How long after its keyframe an image may still be exposed: until then there must be samples.
+Time readout_span(const InertialBatchInput& input);
+/// Sets what the IMU measured in that time, at the biases of the keyframe's state.
 void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe);
 
 /// The graph's landmark in the form of the filter's charts and measurements.

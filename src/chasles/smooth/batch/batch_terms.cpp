@@ -7,7 +7,8 @@
 namespace chasles::smooth_detail {
 namespace {
 
-BatchTerms::Point point_of(const InertialBatchInput& input, const BatchPoint& point) {
+BatchTerms::Point point_of(const InertialBatchInput& input, const BatchGraph& graph,
+                           const BatchPoint& point) {
   BatchTerms::Point result{.id = point.id};
   int matches = 0;
   for (const PointView& view : point.views) {
@@ -16,7 +17,8 @@ BatchTerms::Point point_of(const InertialBatchInput& input, const BatchPoint& po
          .camera = view.camera,
          .pixel = view.pixel,
          .sigma = sigma_of(input, view, matches),
-         .delay = line_delay(input.cameras[static_cast<std::size_t>(view.camera)], view.pixel)});
+         .delay = graph.late(input) +
+                  line_delay(graph.cameras[static_cast<std::size_t>(view.camera)], view.pixel)});
   }
   return result;
 }
@@ -25,7 +27,7 @@ BatchTerms::Point point_of(const InertialBatchInput& input, const BatchPoint& po
 
 BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settings,
                     const BatchGraph& graph, double cost) {
-  BatchTerms terms{.cameras = input.cameras,
+  BatchTerms terms{.cameras = graph.cameras,
                    .noise = input.noise,
                    .gravity = graph.gravity,
                    .start = graph.start,
@@ -34,6 +36,11 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
                    .loss_width = loss_width_of(settings),
                    .cost = cost};
   if (graph.anchored) terms.inverse_depth_sigma = settings.inverse_depth_sigma;
+  if (graph.calibration) {
+    const Eigen::VectorXd whitened = graph.calibration_whitening *
+                                     calibration_difference(*graph.calibration, *input.calibration);
+    terms.calibration_cost = whitened.squaredNorm() / 2;
+  }
   for (const BatchKeyframe& keyframe : graph.keyframes) {
     terms.keyframes.push_back({.time = keyframe.time, .state = keyframe.state});
   }
@@ -49,7 +56,7 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
       ++terms.beyond_infinity;
       continue;
     }
-    terms.points.push_back(point_of(input, point));
+    terms.points.push_back(point_of(input, graph, point));
     terms.points.back().p_nav = at.p_world / at.w;
   }
   return terms;

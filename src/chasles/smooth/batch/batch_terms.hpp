@@ -23,7 +23,7 @@ struct BatchTerms {
     std::vector<View> views = {};  ///< by keyframe and camera; the first one is the anchor
   };
 
-  std::vector<Camera> cameras;
+  std::vector<Camera> cameras;  ///< as calibrated at the minimum
   ImuNoise noise;
   Eigen::Vector3d gravity = {0, 0, -kStandardGravity};
   /// The prior on the first keyframe: mean, and covariance of [rotation, position, velocity,
@@ -42,6 +42,7 @@ struct BatchTerms {
   /// 0; none for Cartesian landmarks. And the part of the cost that this prior has.
   std::optional<double> inverse_depth_sigma = {};
   double inverse_depth_cost = 0;
+  double calibration_cost = 0;  ///< the part of the cost that the prior of the calibration has
 };
 
 }  // namespace chasles

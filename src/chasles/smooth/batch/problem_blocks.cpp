@@ -19,13 +19,24 @@ ceres::Problem::Options problem_options() {
 ProblemBlocks::ProblemBlocks(const BlockSizes& sizes, const std::string& chart)
     : sizes_(sizes),
       chart_(&error_chart(chart)),
-      numbers_(stride() * sizes.keyframes + 3 * sizes.points),
+      numbers_(stride() * sizes.keyframes + static_cast<std::size_t>(sizes.calibration.numbers()) +
+               3 * sizes.points),
       problem_(std::make_unique<ceres::Problem>(problem_options())) {
   for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
     write_pose({}, motion(k));  // the manifold's derivative is evaluated at once
     problem_->AddParameterBlock(motion(k), sizes_.motion(),
                                 new ChartManifold(*chart_, sizes_.velocity));
     if (sizes_.additive > 0) problem_->AddParameterBlock(additive(k), sizes_.additive);
+  }
+  for (std::size_t i = 0; i < sizes_.calibration.all().size(); ++i) {
+    const auto& block = sizes_.calibration.all()[i];
+    if (block.is_pose) {
+      write_pose({}, calibration(i));
+      problem_->AddParameterBlock(calibration(i), block.numbers,
+                                  new ChartManifold(kStandardChart, false));
+    } else {
+      problem_->AddParameterBlock(calibration(i), block.numbers);
+    }
   }
   for (std::size_t i = 0; i < sizes_.points; ++i) problem_->AddParameterBlock(point(i), 3);
 }
@@ -40,6 +51,7 @@ std::vector<double*> ProblemBlocks::blocks() {
   for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
     for (double* block : keyframe(k)) all.push_back(block);
   }
+  for (std::size_t i = 0; i < sizes_.calibration.all().size(); ++i) all.push_back(calibration(i));
   for (std::size_t i = 0; i < sizes_.points; ++i) all.push_back(point(i));
   return all;
 }

@@ -9,6 +9,7 @@
 #include <ceres/problem.h>
 
 #include <chasles/smooth/batch/batch_settings.hpp>
+#include <chasles/smooth/terms/calibration_blocks_detail.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 
 /// Common parts of the Ceres problems of this folder. Private to this folder.
@@ -19,13 +20,15 @@ struct BlockSizes {
   std::size_t keyframes = 0, points = 0;
   bool velocity = true;  ///< whether a keyframe's motion has a velocity (ChartManifold)
   int additive = 6;      ///< other states of a keyframe: biases, a body velocity
+  CalibrationBlocks calibration = {};
 
   int motion() const { return velocity ? kMotionNumbers : kPoseNumbers; }
   int errors() const { return (velocity ? kMotionErrors : kPoseErrors) + additive; }
 };
 
 /// The values of all blocks in one piece of memory. Ceres orders blocks by their addresses, so the
-/// same order gives the same bytes. Per keyframe motion and additive states, then the points.
+/// same order gives the same bytes. Per keyframe motion and additive states, then the calibration,
+/// then the points.
 class ProblemBlocks {
  public:
   // Ceres keeps pointers to the values.
@@ -39,15 +42,22 @@ class ProblemBlocks {
   double* additive(std::size_t keyframe) {
     return motion(keyframe) + static_cast<std::size_t>(sizes_.motion());
   }
-  double* point(std::size_t i) { return &numbers_[stride() * sizes_.keyframes + 3 * i]; }
+  double* calibration() { return &numbers_[stride() * sizes_.keyframes]; }
+  double* calibration(std::size_t block) {
+    return calibration() + sizes_.calibration.all()[block].number;
+  }
+  double* point(std::size_t i) {
+    return calibration() + static_cast<std::size_t>(sizes_.calibration.numbers()) + 3 * i;
+  }
   /// All blocks in the order of the values.
   std::vector<double*> blocks();
 
   /// First row of a block in the error vector: per keyframe [the chart's errors of the motion,
-  /// additive], then all points.
+  /// additive], then the calibration, then all points.
   int keyframe_row(std::size_t k) const { return sizes_.errors() * static_cast<int>(k); }
+  int calibration_row() const { return keyframe_row(sizes_.keyframes); }
   int point_row(std::size_t i) const {
-    return keyframe_row(sizes_.keyframes) + 3 * static_cast<int>(i);
+    return calibration_row() + sizes_.calibration.errors() + 3 * static_cast<int>(i);
   }
 
   /// For every view, in the order of points and their views: its whitened residual at the present

@@ -70,6 +70,9 @@ struct PixelTerm {
   const SE3& anchor_cam_T_imu() const { return of_anchor; }
 };
 
+/// How a view depends on its landmark: as PointCost, AnchoredCost or AnchorCost.
+enum class ViewForm { kPoint, kAnchored, kAnchor };
+
 /// A Cartesian landmark. Blocks: motion, point.
 template <typename Term>
 class PointCost final : public ceres::SizedCostFunction<Term::kRows, Term::kNumbers, 3> {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,8 +17,10 @@ using namespace smooth_detail;
 struct Blocks {
   const ErrorChart* chart;
   std::vector<std::vector<double>> numbers;
+  std::optional<std::size_t> plain_from = {};  ///< the number of the first that is no motion
 
   bool is_motion(std::size_t block) const {
+    if (plain_from && block >= *plain_from) return false;
     return numbers[block].size() == kMotionNumbers || numbers[block].size() == kPoseNumbers;
   }
   ChartManifold manifold(std::size_t block) const {

@@ -29,7 +29,11 @@ struct InertialWindow::Implementation {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
+    if (input.calibration) {
+      throw UsageError("a window takes the calibration as known: found one to estimate");
+    }
     add_start(input, graph);
+    add_calibration(input, graph);
     graph.keyframes.push_back({.time = input.start.time, .state = graph.start});
   }
 
@@ -79,8 +83,7 @@ void InertialWindow::Implementation::check_gap(Time frame) const {
 std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
   std::vector<Estimate> estimates;
   const auto covered = [&](const FeatureFrame& frame) {
-    return all || buffer.latest() >=
-                      frame.time + input.time_offset + from_seconds(longest_readout(input.cameras));
+    return all || buffer.latest() >= frame.time + input.time_offset + readout_span(input);
   };
   while (const auto frame = waiting.next(covered)) {
     if (auto found = take(*frame)) estimates.push_back(std::move(*found));

@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <utility>
+
+#include <chasles/filter/pixel_projection.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/smooth/terms/calibrated_costs_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+using RowMajorBlock =
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+
+// Writes the first columns of a block's Jacobian, and zeros behind.
+void write_block(const Eigen::MatrixXd& d, int numbers, double* into) {
+  if (into == nullptr) return;
+  RowMajorBlock J(into, d.rows(), numbers);
+  J.setZero();
+  J.leftCols(d.cols()) = d;
+}
+
+int blocks_before_calibration(ViewForm form) {
+  if (form == ViewForm::kAnchor) return 1;
+  return form == ViewForm::kPoint ? 2 : 3;
+}
+
+}  // namespace
+
+CalibrationCost::CalibrationCost(const Calibration& mean, const Eigen::MatrixXd& whitening)
+    : blocks_(mean), mean_(static_cast<std::size_t>(blocks_.numbers())), whitening_(whitening) {
+  smooth_detail::write_calibration(mean, mean_.data());
+  set_num_residuals(blocks_.errors());
+  for (const auto& block : blocks_.all()) mutable_parameter_block_sizes()->push_back(block.numbers);
+}
+
+bool CalibrationCost::Evaluate(const double* const* x, double* residuals,
+                               double** jacobians) const {
+  Eigen::VectorXd e(blocks_.errors());
+  for (std::size_t i = 0; i < blocks_.all().size(); ++i) {
+    const auto& block = blocks_.all()[i];
+    const double* mean = mean_.data() + block.number;
+    if (block.is_pose) {
+      const SE3 at = read_pose(x[i]), from = read_pose(mean);
+      e.segment<kPoseErrors>(block.row) << so3::log(at.R * from.R.transpose()), at.p - from.p;
+    } else {
+      for (int k = 0; k < block.errors; ++k) e[block.row + k] = x[i][k] - mean[k];
+    }
+  }
+  Eigen::Map<Eigen::VectorXd>(residuals, e.size()) = whitening_ * e;
+  if (jacobians == nullptr) return true;
+  for (std::size_t i = 0; i < blocks_.all().size(); ++i) {
+    const auto& block = blocks_.all()[i];
+    Eigen::MatrixXd d = whitening_.middleCols(block.row, block.errors);
+    if (block.is_pose) d.leftCols<3>() *= so3::left_jacobian_inverse(e.segment<3>(block.row));
+    write_block(d, block.numbers, jacobians[i]);
+  }
+  return true;
+}
+
+EstimatedCamera::EstimatedCamera(const Camera& known, int index, const Calibration& calibration,
+                                 double used_time_offset)
+    : camera(known), has_extrinsics(!calibration.imu_T_camera.empty()) {
+  if (calibration.time_offset) time_offset = used_time_offset;
+  if (!calibration.intrinsics.empty()) {
+    intrinsics = calibration.intrinsics[static_cast<std::size_t>(index)];
+  }
+}
+
+struct CalibratedCost::At {
+  Camera camera;          // at the line of the pixel
+  Intrinsics intrinsics;  // if they are estimated
+  double delay = 0;       // of that line after the keyframe [s]
+  SE3 imu_T_line;
+};
+
+CalibratedCost::CalibratedCost(CalibratedTerm term, ViewForm form)
+    : term_(std::move(term)), form_(form) {
+  set_num_residuals(2);
+  std::vector<int>& sizes = *mutable_parameter_block_sizes();
+  if (form != ViewForm::kAnchor) sizes.push_back(kMotionNumbers);
+  if (form == ViewForm::kAnchored) sizes.push_back(kMotionNumbers);
+  sizes.push_back(3);
+  if (term_.camera.has_extrinsics) sizes.push_back(kPoseNumbers);
+  if (term_.camera.time_offset) sizes.push_back(1);
+  if (term_.camera.intrinsics) sizes.push_back(6 * term_.camera.intrinsics->blocks());
+}
+
+CalibratedCost::At CalibratedCost::at(const double* const* calibration) const {
+  const EstimatedCamera& of = term_.camera;
+  At at{.camera = of.camera, .intrinsics = {}, .delay = 0, .imu_T_line = {}};
+  if (of.has_extrinsics) at.camera.cam_T_imu = read_pose(*calibration++).inverse();
+  if (of.time_offset) at.delay = **calibration++ - *of.time_offset;
+  if (of.intrinsics) {
+    at.intrinsics = read_intrinsics(*calibration, *of.intrinsics);
+    at.camera = with_intrinsics(at.camera, at.intrinsics);
+  }
+  at.delay += line_delay(at.camera, term_.pixel);
+  at.imu_T_line = term_.motion.after(at.delay);
+  at.camera.cam_T_imu = at.camera.cam_T_imu * at.imu_T_line.inverse();
+  return at;
+}
+
+bool CalibratedCost::Evaluate(const double* const* x, double* residuals, double** jacobians) const {
+  const int own = blocks_before_calibration(form_);
+  const At at = this->at(x + own);
+  const SE3 world_T_imu = form_ == ViewForm::kAnchor ? SE3{} : read_pose(x[0]);
+  const Eigen::Map<const Eigen::Vector3d> parameters(x[own - 1]);
+  Clone anchor;
+  Landmark landmark;
+  HomogeneousPoint point{.p_world = parameters, .w = 1};
+  if (form_ != ViewForm::kPoint) {
+    if (form_ == ViewForm::kAnchored) anchor.world_T_imu = read_pose(x[1]);
+    landmark.anchor = 0;
+    landmark.cam_T_imu = term_.of_anchor;
+    landmark.inverse_depth = parameters;
+    point = homogeneous(anchor, landmark);
+  }
+  const auto seen = see(at.camera, world_T_imu, point, term_.pixel, term_.least_depth);
+  if (!seen) {
+    std::fill_n(residuals, 2, kNotSeen);
+    for (std::size_t i = 0; jacobians != nullptr && i < parameter_block_sizes().size(); ++i) {
+      if (jacobians[i] != nullptr) std::fill_n(jacobians[i], 2 * parameter_block_sizes()[i], 0.0);
+    }
+    return true;
+  }
+  Eigen::Map<Eigen::Vector2d>{residuals} = -seen->residual / term_.sigma;
+  if (jacobians == nullptr) return true;
+  if (form_ != ViewForm::kAnchor)
+    write_block(seen->d_pose / term_.sigma, kMotionNumbers, jacobians[0]);
+  Eigen::Matrix<double, 2, 3> by_parameters = seen->d_point;
+  if (form_ != ViewForm::kPoint) {
+    const Eigen::Matrix<double, 2, 9> d = seen->d_point * homogeneous_derivative(anchor, landmark);
+    by_parameters = d.rightCols<3>();
+    by_parameters.rightCols<1>() += seen->d_w;
+    if (form_ == ViewForm::kAnchored) {
+      write_block(d.leftCols<6>() / term_.sigma, kMotionNumbers, jacobians[1]);
+    }
+  }
+  write_block(by_parameters / term_.sigma, 3, jacobians[own - 1]);
+  write_calibration(at, world_T_imu, point, *seen, jacobians + own);
+  return true;
+}
+
+void CalibratedCost::write_calibration(const At& at, const SE3& world_T_imu,
+                                       const HomogeneousPoint& point, const Seen& seen,
+                                       double** jacobians) const {
+  const EstimatedCamera& of = term_.camera;
+  const Eigen::Vector3d p_cam = in_camera(at.camera, world_T_imu, point);
+  if (of.has_extrinsics) {
+    write_block(derivative_by_camera(at.camera, world_T_imu, point, seen.d_point, at.imu_T_line) /
+                    term_.sigma,
+                kPoseNumbers, *jacobians++);
+  }
+  if (of.time_offset) {
+    const Eigen::Vector3d moved = moved_by_delay(at.camera, term_.motion, at.delay, p_cam, point.w);
+    const Eigen::Vector3d moved_world = world_T_imu.R * (at.camera.cam_T_imu.R.transpose() * moved);
+    write_block(seen.d_point * moved_world / term_.sigma, 1, *jacobians++);
+  }
+  if (!of.intrinsics) return;
+  const auto by = intrinsics_derivative(at.intrinsics, at.camera, term_.motion, at.delay,
+                                        term_.pixel, p_cam, point.w);
+  write_block(by.d.leftCols(6 * by.blocks) / term_.sigma, 6 * by.blocks, *jacobians);
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <ceres/cost_function.h>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/filter/pixel_projection.hpp>
+#include <chasles/smooth/terms/calibration_blocks_detail.hpp>
+#include <chasles/smooth/terms/cost_functions_detail.hpp>
+
+/// The terms of the cost where the calibration is estimated. Private to the smooth folder.
+namespace chasles::smooth_detail {
+
+/// The prior of a calibration. Blocks: all CalibrationBlocks. Jacobians of a pose have the
+/// derivatives by its six errors in their first columns.
+class CalibrationCost final : public ceres::CostFunction {
+ public:
+  /// `whitening`: W^T W = covariance^-1.
+  CalibrationCost(const Calibration& mean, const Eigen::MatrixXd& whitening);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  CalibrationBlocks blocks_;
+  std::vector<double> mean_;
+  Eigen::MatrixXd whitening_;
+};
+
+/// The camera of a pixel, some of whose parameters are estimated.
+struct EstimatedCamera {
+  Camera camera = {};           ///< the known ones, and the size of its images
+  bool has_extrinsics = false;  ///< that are estimated
+  /// By which the times of the keyframes were chosen [s], if it is estimated.
+  std::optional<double> time_offset = {};
+  std::optional<Intrinsics> intrinsics = {};  ///< that are estimated
+
+  /// The camera of `index` in a calibration that is estimated.
+  EstimatedCamera(const Camera& camera, int index, const Calibration& calibration,
+                  double time_offset);
+};
+
+/// A pixel observation of a landmark by such a camera. The image was taken when the camera's clock
+/// says so: later than the keyframe's time by the change of the time offset.
+struct CalibratedTerm {
+  EstimatedCamera camera;
+  ReadoutMotion motion = {};  ///< after the keyframe of the view
+  SE3 of_anchor = {};         ///< of an anchored landmark: axes that are fixed to its keyframe
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double sigma = 1;
+  double least_depth = kLeastDepth;
+};
+
+/// Its residual. Blocks: those of PointCost, AnchoredCost or AnchorCost, and the
+/// CalibrationBlocks::of_camera.
+class CalibratedCost final : public ceres::CostFunction {
+ public:
+  CalibratedCost(CalibratedTerm term, ViewForm form);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  struct At;  // the camera at the line of the pixel
+  At at(const double* const* calibration) const;
+  void write_calibration(const At& at, const SE3& world_T_imu, const HomogeneousPoint& point,
+                         const Seen& seen, double** jacobians) const;
+
+  CalibratedTerm term_;
+  ViewForm form_;
+};
+
+}  // namespace chasles::smooth_detail

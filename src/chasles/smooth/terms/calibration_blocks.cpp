@@ -1,0 +1,96 @@
+#include <algorithm>
+
+#include <chasles/lie/so3.hpp>
+#include <chasles/smooth/terms/calibration_blocks_detail.hpp>
+
+namespace chasles::smooth_detail {
+
+CalibrationBlocks::CalibrationBlocks(const std::optional<Calibration>& calibration) {
+  if (!calibration) return;
+  has_extrinsics_ = !calibration->imu_T_camera.empty();
+  has_time_offset_ = calibration->time_offset.has_value();
+  has_intrinsics_ = !calibration->intrinsics.empty();
+  cameras_ =
+      static_cast<int>(std::max(calibration->imu_T_camera.size(), calibration->intrinsics.size()));
+  for (std::size_t i = 0; i < calibration->imu_T_camera.size(); ++i) add(kPoseErrors, true);
+  if (has_time_offset_) add(1);
+  for (const Intrinsics& one : calibration->intrinsics) add(6 * one.blocks());
+}
+
+void CalibrationBlocks::add(int errors, bool is_pose) {
+  all_.push_back({.numbers = is_pose ? kPoseNumbers : errors,
+                  .errors = errors,
+                  .number = numbers(),
+                  .row = this->errors(),
+                  .is_pose = is_pose});
+}
+
+std::vector<std::size_t> CalibrationBlocks::of_camera(int camera) const {
+  std::vector<std::size_t> indices;
+  const auto cameras = static_cast<std::size_t>(cameras_), own = static_cast<std::size_t>(camera);
+  if (has_extrinsics_) indices.push_back(own);
+  const std::size_t offset = has_extrinsics_ ? cameras : 0;
+  if (has_time_offset_) indices.push_back(offset);
+  if (has_intrinsics_) indices.push_back(offset + (has_time_offset_ ? 1 : 0) + own);
+  return indices;
+}
+
+void write_intrinsics(const Intrinsics& intrinsics, double* x) {
+  std::fill_n(x, 6 * intrinsics.blocks(), 0.0);
+  Eigen::Map<Eigen::Vector4d>{x} = intrinsics.projection;
+  x[Intrinsics::kReadoutRow] = intrinsics.readout;
+  std::copy(intrinsics.coefficients.begin(), intrinsics.coefficients.end(), x + 6);
+}
+
+Intrinsics read_intrinsics(const double* x, Intrinsics like) {
+  if (like.has_readout) like.readout = x[Intrinsics::kReadoutRow];
+  if (!like.has_lens) return like;
+  like.projection = Eigen::Map<const Eigen::Vector4d>(x);
+  for (std::size_t i = 0; i < like.coefficients.size(); ++i) like.coefficients[i] = x[6 + i];
+  return like;
+}
+
+void write_calibration(const Calibration& calibration, double* x) {
+  for (const SE3& imu_T_camera : calibration.imu_T_camera) {
+    write_pose(imu_T_camera, x);
+    x += kPoseNumbers;
+  }
+  if (calibration.time_offset) *x++ = *calibration.time_offset;
+  for (const Intrinsics& one : calibration.intrinsics) {
+    write_intrinsics(one, x);
+    x += 6 * one.blocks();
+  }
+}
+
+void read_calibration(const double* x, Calibration& calibration) {
+  for (SE3& imu_T_camera : calibration.imu_T_camera) {
+    imu_T_camera = read_pose(x);
+    x += kPoseNumbers;
+  }
+  if (calibration.time_offset) calibration.time_offset = *x++;
+  for (Intrinsics& one : calibration.intrinsics) {
+    one = read_intrinsics(x, one);
+    x += 6 * one.blocks();
+  }
+}
+
+Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration& against) {
+  Eigen::VectorXd e(CalibrationBlocks(against).errors());
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < against.imu_T_camera.size(); ++i, row += kPoseErrors) {
+    const SE3 &a = of.imu_T_camera[i], &b = against.imu_T_camera[i];
+    e.segment<kPoseErrors>(row) << so3::log(a.R * b.R.transpose()), a.p - b.p;
+  }
+  if (against.time_offset) e[row++] = *of.time_offset - *against.time_offset;
+  for (std::size_t i = 0; i < against.intrinsics.size(); ++i) {
+    const Eigen::Index n = 6 * against.intrinsics[i].blocks();
+    Eigen::VectorXd a(n), b(n);
+    write_intrinsics(of.intrinsics[i], a.data());
+    write_intrinsics(against.intrinsics[i], b.data());
+    e.segment(row, n) = a - b;
+    row += n;
+  }
+  return e;
+}
+
+}  // namespace chasles::smooth_detail
