@@ -7,6 +7,7 @@ rolling      rendered walks and flights, 10 seeds of each: a readout that is kno
 wide         rendered walks and flights, 10 seeds of each: fisheyes and rigs. An hour on two cores.
 calibration  simulated walks, 100 runs, with a wrong calibration that is known, estimated or considered.
 real         the recordings of EuRoC and KITTI with the published calibration known, estimated or considered.
+smoothed     the same two with batch and window: 10 of the walks, and the recordings of EuRoC.
 
 Without a name it makes all. Needs NumPy."""
 
@@ -28,7 +29,7 @@ from studies.program import (DATA, EUROC, LOST, ROOT, Argument, Json, assignment
 
 OUT = ROOT / "out/cameras"
 PAGE = ROOT / "studies/cameras.md"
-MARKERS = {PAGE: ("rolling", "wide", "calibration", "real")}
+MARKERS = {PAGE: ("rolling", "wide", "calibration", "real", "smoothed")}
 SEEDS = range(1, 11)
 WORKERS = int(os.environ.get("WORKERS", "2"))
 LENS: Json = {"image_width": 752, "image_height": 480, "focal_length": 458, "center_u": 375.5, "center_v": 239.5}
@@ -221,12 +222,23 @@ def exp(turn: Array) -> Array:
     return R
 
 
-def of_run(seed: int) -> tuple[dict[str, Json | None], dict[str, float]]:
-    """The summaries of a run with the exact calibration and with a wrong one, and the estimated parameters' errors over
-    their sigmas."""
+def walk_of(seed: int) -> pathlib.Path:
     recording = OUT / f"calibration-{seed}"
     shutil.rmtree(recording, ignore_errors=True)
     chasles("simulate", "walk", *sets(*assignments(SCENE | {"seed": seed})), "--run", seed, "--quiet", "-o", recording)
+    return recording
+
+
+def errors_of(estimated: Json | None, wrong: Wrong) -> dict[str, float]:
+    """Of the estimated parameters, over their sigmas."""
+    table = estimated["calibration"]["parameters"] if estimated else []
+    return {p["name"]: (p["estimate"] - wrong.true[p["name"]]) / p["sigma"] for p in table}
+
+
+def of_run(seed: int) -> tuple[dict[str, Json | None], dict[str, float]]:
+    """The summaries of a run with the exact calibration and with a wrong one, and the estimated parameters' errors over
+    their sigmas."""
+    recording = walk_of(seed)
     runs = {"exact": run(recording, "exact")}
     wrong = Wrong(recording, seed)
     clock = sets(f"time_offset={wrong.clock}")
@@ -234,23 +246,72 @@ def of_run(seed: int) -> tuple[dict[str, Json | None], dict[str, float]]:
     runs["considered"] = run(recording, "considered", *clock, *EXPECTED, *calibrate("considered"))
     runs["estimated"] = run(recording, "estimated", *clock, *EXPECTED, *calibrate("true"))
     shutil.rmtree(recording)
-    estimated = runs["estimated"]
-    table = estimated["calibration"]["parameters"] if estimated else []
-    return runs, {p["name"]: (p["estimate"] - wrong.true[p["name"]]) / p["sigma"] for p in table}
+    return runs, errors_of(runs["estimated"], wrong)
 
 
 def group_of(name: str) -> str:
     return next(group for part, group in GROUPS.items() if part in name)
 
 
+SMOOTHERS = {"batch": ("exact", "known", "considered", "estimated"), "window:20": ("exact", "known", "estimated")}
+
+
+def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str, float]]]:
+    """As of_run(), with batch and window."""
+    recording = walk_of(seed)
+    runs = {f"{name}, exact": run(recording, f"exact-{name[0]}", "--estimator", name) for name in SMOOTHERS}
+    wrong = Wrong(recording, seed)
+    clock = sets(f"time_offset={wrong.clock}")
+    errors = {}
+    for name, ways in SMOOTHERS.items():
+        for way in ways[1:]:
+            value = {"known": "false", "considered": "considered", "estimated": "true"}[way]
+            runs[f"{name}, {way}"] = run(recording, f"{way}-{name[0]}", "--estimator", name, *clock, *EXPECTED,
+                                         *(calibrate(value) if way != "known" else []))
+        errors[name] = errors_of(runs[f"{name}, estimated"], wrong)
+    shutil.rmtree(recording)
+    return runs, errors
+
+
+def grouped(all_errors: typing.Iterable[dict[str, float]]) -> dict[str, list[float]]:
+    groups: dict[str, list[float]] = {}
+    for errors in all_errors:
+        for name, error in errors.items():
+            groups.setdefault(group_of(name), []).append(error)
+    return groups
+
+
+def smoothed() -> str:
+    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+        done = list(pool.map(smoothed_run, SEEDS))
+    rows = [[f"{name}, {way}", *scores([runs[f"{name}, {way}"] for runs, _ in done])]
+            for name, ways in SMOOTHERS.items() for way in ways]
+    groups = {name: grouped(errors[name] for _, errors in done) for name in SMOOTHERS}
+    squares = [[group, *(number(statistics.mean(e * e for e in of_name[group]), 2) for of_name in groups.values())]
+               for group in groups["batch"]]
+    recordings = []
+    for place, (path, *options) in RECORDINGS.items():
+        if not place.startswith("MH"):
+            continue
+        for name in SMOOTHERS:
+            cells = [place, name]
+            for value in ("false", "true"):
+                summary = run(OUT / "real", f"{name[0]}-{value}", *options, "--estimator", name,
+                              *sets(f"calibrate_intrinsics={value}"), recording=path)
+                cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)
+                         ] if summary else ["-", "-"]
+            recordings.append(cells)
+    return "\n\n".join([
+        pages.table(["calibration", "ATE m", "NEES pose / 6", "lost"], rows),
+        pages.table(["estimated", *(f"{name}, NEES / 1" for name in SMOOTHERS)], squares),
+        pages.table(["recording", "estimator", "ATE m, known", "NEES / 6", "estimated", "NEES / 6"], recordings)])
+
+
 def calibration() -> str:
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
         done = list(pool.map(of_run, range(1, RUNS + 1)))
     rows = [[name, *scores([runs[name] for runs, _ in done])] for name in done[0][0]]
-    errors: dict[str, list[float]] = {}
-    for _, of_names in done:
-        for name, error in of_names.items():
-            errors.setdefault(group_of(name), []).append(error)
+    errors = grouped(of_names for _, of_names in done)
     squares = [[
         group,
         number(statistics.mean(e * e for e in of_group), 2),
@@ -289,7 +350,8 @@ def real() -> str:
         pages.table(["recording", "parameter", "estimate minus stated", "sigma"], found)])
 
 
-TABLES = {"rolling": rolling, "wide": wide, "calibration": calibration, "real": real}
+TABLES = {"rolling": rolling, "wide": wide, "calibration": calibration, "real": real,
+          "smoothed": smoothed}
 
 
 def main() -> None:

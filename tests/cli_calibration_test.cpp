@@ -18,26 +18,26 @@ constexpr const char* kRolling =
     "simulate walk --set walk_duration=20 --set readout_time=0.02 --set distortion=radtan --set "
     "distortion_1=-0.2 --set distortion_2=0.04 -o rec --quiet";
 
-void expect_table(const char* estimator) {
+void expect_table(const std::string& estimator, const std::string& readout) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, kRolling).code, 0);
   const Outcome run =
-      chasles(folder, std::string("run rec --begin truth --json --quiet -o out --set "
-                                  "calibrate_intrinsics=true --set calibrate_readout=considered "
-                                  "--estimator ") +
-                          estimator);
+      chasles(folder,
+              "run rec --begin truth --json --quiet -o out --set calibrate_intrinsics=true "
+              "--estimator " +
+                  estimator + " --set calibrate_readout=" + readout);
   ASSERT_EQ(run.code, 0) << run.err;
   const Json summary = Json::parse(run.out);
   std::vector<std::string> names;
   for (const Json& parameter : summary.at("calibration").at("parameters")) {
     const std::string name = parameter.at("name");
     names.push_back(name);
-    const bool is_readout = name == "cam0_readout_time";
-    EXPECT_EQ(parameter.at("use"), is_readout ? "considered" : "estimated");
+    const bool is_considered = name == "cam0_readout_time" && readout == "considered";
+    EXPECT_EQ(parameter.at("use"), is_considered ? "considered" : "estimated");
     const double stated = parameter.at("stated"), estimate = parameter.at("estimate");
     const double stated_sigma = parameter.at("stated_sigma"), sigma = parameter.at("sigma");
     EXPECT_LT(std::abs(estimate - stated), 4 * sigma) << name << ": what is stated is right";
-    if (is_readout) {
+    if (is_considered) {
       EXPECT_EQ(estimate, stated);
       EXPECT_NEAR(sigma, stated_sigma, 1e-9);
       EXPECT_EQ(parameter.at("observed"), false);
@@ -51,21 +51,24 @@ void expect_table(const char* estimator) {
   const auto written = read_run(folder / "out");
   const std::vector<std::string> columns(written.extra_names.end() - 9, written.extra_names.end());
   EXPECT_EQ(columns, names);
-  EXPECT_EQ(written.states.back().extra.back(), 0.02);
+  EXPECT_EQ(written.states.back().extra.back() == 0.02, readout == "considered");
 }
 
 TEST(RunWithACalibrationInItsState, HasATableOfAllParameters) {
-  for (const char* estimator : {"filter", "batch"}) expect_table(estimator);
+  for (const char* estimator : {"filter", "batch"}) expect_table(estimator, "considered");
+  expect_table("window:8", "true");
 }
 
-TEST(RunWithACalibrationInItsState, IsNotForTheWindow) {
+TEST(RunWithACalibrationInItsState, IsNotConsideredByAWindow) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, kRolling).code, 0);
   const Outcome run = chasles(folder,
                               "run rec --quiet --begin truth --estimator window:8 "
                               "--set calibrate_intrinsics=considered");
   EXPECT_EQ(run.code, 1);
-  EXPECT_NE(run.err.find("takes the calibration as known"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("calibrate_intrinsics: found considered, expected true or false"),
+            std::string::npos)
+      << run.err;
 }
 
 TEST(RunWithARollingShutter, MayTakeItForAGlobalOne) {

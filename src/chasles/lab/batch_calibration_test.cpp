@@ -1,3 +1,4 @@
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -6,6 +7,7 @@
 
 #include <chasles/filter/testing.hpp>
 #include <chasles/lab/batch_trial.hpp>
+#include <chasles/pipeline/run.hpp>
 #include <chasles/slam/calibration_testing.hpp>
 
 // Batch estimation of extrinsics and time offset on simulated recordings with known calibration,
@@ -50,6 +52,43 @@ TEST(BatchCalibrating, IsWrongByAsMuchAsItSaysAndAgreesWithTheFilter) {
   }
   EXPECT_TRUE(is_chi2(calibration, 7 * kRuns));
   EXPECT_TRUE(is_chi2(pose, 6 * kRuns));
+}
+
+// A later part begins with what the earlier ones know of the calibration.
+TEST(CalibratingOverAGap, KeepsTheCalibration) {
+  InertialScene scene = shaken(1);
+  scene.settings.sections = 2;
+  scene.settings.roll_amplitude = scene.settings.pitch_amplitude = scene.settings.yaw_amplitude =
+      0.03;
+  const InertialSlamSettings settings = calibrating();
+  const Recording right = simulate_densely(scene, 0);
+  Eigen::VectorXd errors(7);
+  errors << 0.02, -0.02, 0.02, 0.017, -0.017, 0.017, 0.004;
+  Miscalibrated m = miscalibrated(right, errors, draw_start(right, settings, 1, 0));
+  remove_samples(m.recording, 6, 6.7);
+  for (const char* estimator : {"batch", "window:10"}) {
+    InertialRunSettings of_run;
+    of_run.estimator = estimator_choice(estimator);
+    of_run.filter = settings;
+    const RunResult result = run(m.recording, of_run);
+    const Estimate* before = nullptr;
+    const Estimate* anew = nullptr;
+    for (const Estimate& e : result.estimates) {
+      ASSERT_TRUE(e.calibration) << estimator;
+      if (e.time < after(m.recording, 6)) before = &e;
+      if (!anew && e.time > after(m.recording, 6.7)) anew = &e;
+    }
+    ASSERT_TRUE(before && anew) << estimator;
+    const Eigen::VectorXd known = before->calibration->covariance.diagonal();
+    const Eigen::VectorXd kept = anew->calibration->covariance.diagonal();
+    EXPECT_LT(kept.cwiseQuotient(known).maxCoeff(), 1.1) << estimator;
+    const Calibration& found = *result.estimates.back().calibration;
+    const Eigen::VectorXd error = calibration_error(m.truth, found);
+    const Eigen::VectorXd sigma = found.covariance.diagonal().cwiseSqrt();
+    EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 5) << estimator;
+    EXPECT_LT(error.head<3>().norm(), 0.01) << estimator;
+    EXPECT_LT(std::abs(error[6]), 1e-3) << estimator;
+  }
 }
 
 }  // namespace

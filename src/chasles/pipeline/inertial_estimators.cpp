@@ -296,6 +296,10 @@ class InertialWindowEstimator : public InertialEstimator {
     if (last_) start = continued(std::move(start), *last_);
     InertialBatchInput input = batch_input(sensors_, settings_.filter, start);
     if (last_) place_ = take_place(input);
+    if (last_ && last_->calibration) {
+      begin_at(*last_->calibration, sensors_.cameras, input);
+      input.calibration = last_->calibration;
+    }
     window_.emplace(input, settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);
     std::vector<Estimate> estimates;
     auto sample = samples_.all().begin();

@@ -30,7 +30,7 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - keep_scale: true with one camera (`cameras`: as cameras_in_stereo()), where pixels alone have
 /// to
 ///   find the scale after a standstill. Not with the chart left-se3, which has no such option;
-/// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
+/// - calibrate_time_offset: true for the filter. Batch and window take the offset as known;
 /// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: as
 ///   kFrontendTrackNoise, with batch and window as kSmoothedTrackNoise, and as kRenderedTrackNoise
 ///   where the calibration of the cameras or the noise of the IMU is exact;

@@ -15,14 +15,15 @@ void check_keyframes(const EstimatorChoice& choice) {
 }
 
 void check_window(const InertialSlamSettings& settings) {
-  if (!settings.has_extrinsics() && !settings.has_intrinsics() &&
-      !settings.estimates_time_offset()) {
-    return;
-  }
-  throw UsageError(
-      "a window takes the calibration as known: calibrate_extrinsics, calibrate_intrinsics, "
-      "calibrate_readout and calibrate_time_offset are for filter and batch; run one of them "
-      "first, and use the calibration that it estimates");
+  const auto check = [](const char* name, Calibrate value) {
+    if (value != Calibrate::kConsidered) return;
+    throw UsageError(std::string(name) +
+                     ": found considered, expected true or false with a window; filter and batch "
+                     "consider a calibration");
+  };
+  check("calibrate_extrinsics", settings.calibrate_extrinsics);
+  check("calibrate_intrinsics", settings.calibrate_intrinsics);
+  check("calibrate_readout", settings.calibrate_readout);
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ struct InertialRunSettings {
   BatchSettings batch = {};  ///< for batch and window
 };
 
-/// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and an
-/// estimated calibration with a window.
+/// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and a
+/// considered calibration with a window.
 void validate(const InertialRunSettings& settings);
 
 /// All settings of a stereo-velocity run.

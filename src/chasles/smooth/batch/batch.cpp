@@ -3,8 +3,6 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/base/processor_time.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/smooth/batch/batch.hpp>
@@ -19,15 +17,6 @@ namespace chasles {
 namespace {
 
 using namespace smooth_detail;
-
-Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& P) {
-  const Eigen::VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd unit = scale.asDiagonal() * P * scale.asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(unit);
-  const Eigen::MatrixXd inverse =
-      scale.asDiagonal() * factor.solve(Eigen::MatrixXd(scale.asDiagonal()));
-  return (inverse + inverse.transpose()) / 2;
-}
 
 // An unobservable direction is an error only where it makes a position uncertain.
 void check_well_posed(const InertialBatchResult& result) {
@@ -66,17 +55,15 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   return walk;
 }
 
-// Of an estimated calibration the information of the measurements is smaller by the factor; that of
-// its prior is what it is.
+// Its estimated rows.
 void widen(double factor, const InertialBatchInput& input, const Calibration& prior,
            Calibration& calibration) {
   std::vector<int> rows;
   for (int row = 0; row < static_cast<int>(prior.covariance.rows()); ++row) {
     if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
   }
-  const Eigen::MatrixXd before = inverse_of(prior.covariance(rows, rows));
-  const Eigen::MatrixXd after = inverse_of(calibration.covariance(rows, rows));
-  calibration.covariance(rows, rows) = inverse_of(before + (after - before) / factor);
+  calibration.covariance(rows, rows) =
+      widened(factor, calibration.covariance(rows, rows), prior.covariance(rows, rows));
 }
 
 void widen(double factor, const InertialBatchInput& input, const BatchGraph& graph,

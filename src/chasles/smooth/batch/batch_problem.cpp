@@ -38,15 +38,9 @@ ceres::CostFunction* cost_of(const InertialBatchInput& input, const BatchGraph& 
                        .least_depth = least_depth},
                       form);
   }
-  const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(view.keyframe)];
-  return new CalibratedCost(
-      {.camera = {camera, view.camera, *graph.calibration, to_seconds(input.time_offset)},
-       .motion = motion_of(graph, keyframe),
-       .of_anchor = of_anchor,
-       .pixel = view.pixel,
-       .sigma = sigma,
-       .least_depth = least_depth},
-      form);
+  CalibratedTerm term = calibrated_term(input, graph, view, of_anchor, sigma);
+  term.least_depth = least_depth;
+  return new CalibratedCost(term, form);
 }
 
 }  // namespace

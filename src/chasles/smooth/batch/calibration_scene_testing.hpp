@@ -64,8 +64,10 @@ inline std::optional<Eigen::Vector2d> pixel_at(const CalibrationScene& scene,
   return in_image(camera, pixel) ? std::optional(pixel) : std::nullopt;
 }
 
-/// Everything is estimated, with errors that have the covariance of the prior.
-inline CalibrationScene calibration_scene(const SmallFlight& flight, double readout) {
+/// Everything is estimated, with errors that have the covariance of the prior, times the factor
+/// `errors`.
+inline CalibrationScene calibration_scene(const SmallFlight& flight, double readout,
+                                          double errors = 1) {
   CalibrationScene scene{small_scene(flight), {}, 0};
   InertialBatchInput& in = scene.input;
   for (Camera& camera : in.cameras) {
@@ -83,7 +85,7 @@ inline CalibrationScene calibration_scene(const SmallFlight& flight, double read
   Random random(flight.seed + 1000);
   scene.true_calibration = *in.calibration;
   const Eigen::VectorXd sigma = in.calibration->covariance.diagonal().cwiseSqrt();
-  const Eigen::VectorXd e = sigma.cwiseProduct(random.normal_vector(sigma.size()));
+  const Eigen::VectorXd e = errors * sigma.cwiseProduct(random.normal_vector(sigma.size()));
   Eigen::Index row = 0;
   for (SE3& imu_T_camera : scene.true_calibration.imu_T_camera) {
     imu_T_camera.R = so3::exp(e.segment<3>(row)) * imu_T_camera.R;

@@ -35,17 +35,11 @@ CalibrationCost::CalibrationCost(const Calibration& mean, const Eigen::MatrixXd&
 
 bool CalibrationCost::Evaluate(const double* const* x, double* residuals,
                                double** jacobians) const {
-  Eigen::VectorXd e(blocks_.errors());
+  std::vector<double> numbers(mean_.size());
   for (std::size_t i = 0; i < blocks_.all().size(); ++i) {
-    const auto& block = blocks_.all()[i];
-    const double* mean = mean_.data() + block.number;
-    if (block.is_pose) {
-      const SE3 at = read_pose(x[i]), from = read_pose(mean);
-      e.segment<kPoseErrors>(block.row) << so3::log(at.R * from.R.transpose()), at.p - from.p;
-    } else {
-      for (int k = 0; k < block.errors; ++k) e[block.row + k] = x[i][k] - mean[k];
-    }
+    std::copy_n(x[i], blocks_.all()[i].numbers, numbers.begin() + blocks_.all()[i].number);
   }
+  const Eigen::VectorXd e = difference(blocks_, numbers.data(), mean_.data());
   Eigen::Map<Eigen::VectorXd>(residuals, e.size()) = whitening_ * e;
   if (jacobians == nullptr) return true;
   for (std::size_t i = 0; i < blocks_.all().size(); ++i) {
@@ -64,6 +58,17 @@ EstimatedCamera::EstimatedCamera(const Camera& known, int index, const Calibrati
   if (!calibration.intrinsics.empty()) {
     intrinsics = calibration.intrinsics[static_cast<std::size_t>(index)];
   }
+}
+
+CalibratedTerm calibrated_term(const InertialBatchInput& input, const BatchGraph& graph,
+                               const PointView& view, const SE3& of_anchor, double sigma) {
+  const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(view.keyframe)];
+  return {.camera = {input.cameras[static_cast<std::size_t>(view.camera)], view.camera,
+                     *graph.calibration, to_seconds(input.time_offset)},
+          .motion = motion_of(graph, keyframe),
+          .of_anchor = of_anchor,
+          .pixel = view.pixel,
+          .sigma = sigma};
 }
 
 struct CalibratedCost::At {

@@ -51,6 +51,11 @@ struct CalibratedTerm {
   double least_depth = kLeastDepth;
 };
 
+/// That of a view, where the graph's calibration is estimated. `of_anchor`: anchor_T_imu of its
+/// landmark; `sigma`: sigma_of the view.
+CalibratedTerm calibrated_term(const InertialBatchInput& input, const BatchGraph& graph,
+                               const PointView& view, const SE3& of_anchor, double sigma);
+
 /// Its residual. Blocks: those of PointCost, AnchoredCost or AnchorCost, and the
 /// CalibrationBlocks::of_camera.
 class CalibratedCost final : public ceres::CostFunction {

@@ -1,9 +1,23 @@
 #include <algorithm>
 
+#include <Eigen/Cholesky>
+
 #include <chasles/lie/so3.hpp>
 #include <chasles/smooth/terms/calibration_blocks_detail.hpp>
 
 namespace chasles::smooth_detail {
+namespace {
+
+// Of a positive definite matrix whose rows differ in scale.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& P) {
+  const Eigen::VectorXd scale = P.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd unit = scale.asDiagonal() * P * scale.asDiagonal();
+  const Eigen::MatrixXd scaled = unit.ldlt().solve(Eigen::MatrixXd(scale.asDiagonal()));
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * scaled;
+  return (inverse + inverse.transpose()) / 2;
+}
+
+}  // namespace
 
 CalibrationBlocks::CalibrationBlocks(const std::optional<Calibration>& calibration) {
   if (!calibration) return;
@@ -74,23 +88,33 @@ void read_calibration(const double* x, Calibration& calibration) {
   }
 }
 
-Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration& against) {
-  Eigen::VectorXd e(CalibrationBlocks(against).errors());
-  Eigen::Index row = 0;
-  for (std::size_t i = 0; i < against.imu_T_camera.size(); ++i, row += kPoseErrors) {
-    const SE3 &a = of.imu_T_camera[i], &b = against.imu_T_camera[i];
-    e.segment<kPoseErrors>(row) << so3::log(a.R * b.R.transpose()), a.p - b.p;
-  }
-  if (against.time_offset) e[row++] = *of.time_offset - *against.time_offset;
-  for (std::size_t i = 0; i < against.intrinsics.size(); ++i) {
-    const Eigen::Index n = 6 * against.intrinsics[i].blocks();
-    Eigen::VectorXd a(n), b(n);
-    write_intrinsics(of.intrinsics[i], a.data());
-    write_intrinsics(against.intrinsics[i], b.data());
-    e.segment(row, n) = a - b;
-    row += n;
+Eigen::VectorXd difference(const CalibrationBlocks& blocks, const double* of,
+                           const double* against) {
+  Eigen::VectorXd e(blocks.errors());
+  for (const auto& block : blocks.all()) {
+    const double *a = of + block.number, *b = against + block.number;
+    if (block.is_pose) {
+      const SE3 at = read_pose(a), from = read_pose(b);
+      e.segment<kPoseErrors>(block.row) << so3::log(at.R * from.R.transpose()), at.p - from.p;
+    } else {
+      for (int i = 0; i < block.errors; ++i) e[block.row + i] = a[i] - b[i];
+    }
   }
   return e;
+}
+
+Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration& against) {
+  const CalibrationBlocks blocks(against);
+  std::vector<double> a(static_cast<std::size_t>(blocks.numbers())), b(a.size());
+  write_calibration(of, a.data());
+  write_calibration(against, b.data());
+  return difference(blocks, a.data(), b.data());
+}
+
+Eigen::MatrixXd widened(double factor, const Eigen::MatrixXd& covariance,
+                        const Eigen::MatrixXd& prior) {
+  const Eigen::MatrixXd before = inverse_of(prior), after = inverse_of(covariance);
+  return inverse_of(before + (after - before) / factor);
 }
 
 }  // namespace chasles::smooth_detail

@@ -46,7 +46,15 @@ void write_calibration(const Calibration& calibration, double* x);
 /// Replaces the values of a calibration with the same parts.
 void read_calibration(const double* x, Calibration& calibration);
 
+/// The errors of these numbers against others.
+Eigen::VectorXd difference(const CalibrationBlocks& blocks, const double* of,
+                           const double* against);
 /// The errors of a calibration against another one with the same parts.
 Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration& against);
+
+/// The covariance if the information of all measurements, but not that of the prior, is smaller by
+/// that factor.
+Eigen::MatrixXd widened(double factor, const Eigen::MatrixXd& covariance,
+                        const Eigen::MatrixXd& prior);
 
 }  // namespace chasles::smooth_detail

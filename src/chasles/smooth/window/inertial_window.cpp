@@ -5,6 +5,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
 #include <chasles/base/validate.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
@@ -29,11 +30,16 @@ struct InertialWindow::Implementation {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
-    if (input.calibration) {
-      throw UsageError("a window takes the calibration as known: found one to estimate");
+    if (!input.considered.empty()) {
+      throw UsageError("a window considers no calibration: found " +
+                       std::to_string(input.considered.size()) + " considered rows, expected none");
     }
     add_start(input, graph);
     add_calibration(input, graph);
+    if (graph.calibration) {
+      smooth_detail::add_calibration(sliding.window, *graph.calibration, *input.calibration,
+                                     graph.calibration_whitening, input.cameras.size());
+    }
     graph.keyframes.push_back({.time = input.start.time, .state = graph.start});
   }
 
@@ -174,13 +180,17 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
 WindowView InertialWindow::Implementation::view_of(const PointView& view,
                                                    const SE3& anchor_cam_T_imu,
                                                    int& matches) const {
+  const double sigma = sigma_of(input, view, matches);
   WindowView made =
-      window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
-                            .cam_T_imu = cam_T_imu_of(input, graph, view),
-                            .of_anchor = anchor_cam_T_imu,
-                            .pixel = view.pixel,
-                            .sigma = sigma_of(input, view, matches)},
-                  graph.anchored);
+      graph.calibration
+          ? window_view(calibrated_term(input, graph, view, anchor_cam_T_imu, sigma),
+                        graph.anchored)
+          : window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                                  .cam_T_imu = cam_T_imu_of(input, graph, view),
+                                  .of_anchor = anchor_cam_T_imu,
+                                  .pixel = view.pixel,
+                                  .sigma = sigma},
+                        graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
   made.match = view.match;
@@ -219,6 +229,9 @@ void InertialWindow::Implementation::read_states() {
     graph.keyframes[static_cast<std::size_t>(k)].state =
         read_state(keyframe.motion.data(), keyframe.additive.data());
   }
+  if (!graph.calibration) return;
+  read_calibration(window.calibration.data(), *graph.calibration);
+  graph.cameras = calibrated(input.cameras, graph.calibration);
 }
 
 Estimate InertialWindow::Implementation::estimate(Time time,
@@ -233,6 +246,11 @@ Estimate InertialWindow::Implementation::estimate(Time time,
   report.covariance_factor =
       settings.covariance_factor.value_or(sliding.walk().covariance_factor());
   e.covariance = report.covariance_factor * sliding.newest_covariance();
+  if (graph.calibration) {
+    e.calibration = graph.calibration;
+    e.calibration->covariance = widened(report.covariance_factor, sliding.calibration_covariance(),
+                                        graph.calibration->covariance);
+  }
   for (const auto& [number, point] : window.points) {
     e.used += static_cast<int>(std::ranges::count_if(
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));

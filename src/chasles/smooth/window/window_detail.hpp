@@ -52,7 +52,8 @@ struct WindowView {
 };
 
 /// The linearised views of a landmark at the present values: second derivatives and gradients of
-/// half the squares, by the poses of the keyframes that they depend on and by the landmark.
+/// half the squares, by the poses of the keyframes that they depend on, by the calibration and by
+/// the landmark.
 struct PointLinear {
   struct PoseBlock {
     int keyframe = 0;
@@ -60,8 +61,16 @@ struct PointLinear {
              by_anchor = Matrix6d::Zero();  ///< with the first pose block
     Matrix63d W = Matrix63d::Zero();
     Vector6d g = Vector6d::Zero();
+    Eigen::Matrix<double, 6, Eigen::Dynamic> by_calibration = {};  ///< empty: zero
+  };
+  /// By the errors of the calibration, if it is estimated.
+  struct CalibrationBlock {
+    Eigen::MatrixXd H = {};
+    Eigen::Matrix<double, Eigen::Dynamic, 3> W = {};
+    Eigen::VectorXd g = {};
   };
   std::vector<PoseBlock> pose_blocks = {};  ///< that of the anchor first, if any
+  CalibrationBlock calibration = {};
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double cost = 0;
@@ -92,6 +101,7 @@ struct WindowPrior {
   Eigen::VectorXd gradient;
   std::vector<WindowKeyframe> keyframes;             ///< `at`, of the keyframes of the prior
   std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of these keyframes
+  std::vector<double> calibration = {};              ///< `at`, of Window::calibration
   std::map<int, Eigen::Vector3d> points;
   std::map<int, double> scale_weights =
       {};  ///< weights of the points in the scale; empty: the scale is 1
@@ -106,6 +116,8 @@ struct Window {
 
   int first = 0;  ///< the number of the oldest keyframe
   std::deque<WindowKeyframe> keyframes = {};
+  std::vector<double> calibration = {};  ///< the numbers of sizes.calibration; always in the prior
+  std::vector<std::vector<std::size_t>> camera_blocks = {};  ///< of them, those of each camera
   std::vector<ChainTerm> terms = {};
   std::map<int, WindowPoint> points = {};
   WindowPrior prior = {};
@@ -121,8 +133,9 @@ struct Window {
   }
 };
 
-/// The rows of an error vector of the window: the landmarks of the prior, then the keyframes, the
-/// oldest first. The first `whole` keyframes have all errors, the others those of the pose.
+/// The rows of an error vector of the window: the landmarks of the prior, the calibration, then the
+/// keyframes, the oldest first. The first `whole` keyframes have all errors, the others those of
+/// the pose.
 struct WindowRows {
   explicit WindowRows(const Window& window) : WindowRows(window, window.count(), window.count()) {}
   WindowRows(const Window& window, int keyframes, int whole);
@@ -133,6 +146,7 @@ struct WindowRows {
   int errors_of(int number) const { return number - first < whole ? errors : kPoseErrors; }
 
   std::map<int, int> points;  ///< by number
+  int calibration = 0, calibration_errors = 0;
   int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
 };
 
@@ -199,6 +213,14 @@ Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const W
 
 /// The covariance of the newest keyframe's errors, reference chart; NaN without a factor.
 Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor);
+
+/// The covariance of the calibration's errors; the factor must have rows.
+Eigen::MatrixXd calibration_covariance(const WindowFactor& factor);
+
+/// Adds the calibration, at these values, with a prior of that mean and whitening (W^T W =
+/// covariance^-1), before there is any keyframe. `cameras`: their number.
+void add_calibration(Window& window, const Calibration& at, const Calibration& mean,
+                     const Eigen::MatrixXd& whitening, std::size_t cameras);
 
 /// A landmark as an entry of the map; none where its inverse depth is not positive, and without a
 /// factor. The factor must fit the window.

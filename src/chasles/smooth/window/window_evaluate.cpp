@@ -9,6 +9,8 @@ namespace chasles::smooth_detail {
 namespace {
 
 constexpr int kMostRows = 4;
+constexpr int kMostBlocks = 3;  // of the calibration: extrinsics, time offset, intrinsics
+constexpr int kMostNumbers = 6 * IntrinsicsDerivative::kMostBlocks;  // of one of them
 
 template <int Rows, int Columns>
 using Rowwise = Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>, 0,
@@ -19,6 +21,20 @@ struct Written {
   std::array<double, kMostRows> residual;
   std::array<double, kMostRows * kMotionNumbers> by_view, by_anchor;
   std::array<double, 3 * kMostRows> by_point;
+  // Of pixels, whose cameras may be estimated; in the order of Window::camera_blocks.
+  std::array<std::array<double, 2 * kMostNumbers>, kMostBlocks> by_calibration;
+};
+
+// The blocks on which a view depends, and what it writes.
+struct ViewBlocks {
+  std::array<const double*, 3 + kMostBlocks> x{};
+  std::array<double*, 3 + kMostBlocks> J{};
+  std::size_t count = 0;
+
+  void add(const double* numbers, double* derivative) {
+    x[count] = numbers;
+    J[count++] = derivative;
+  }
 };
 
 PointLinear::PoseBlock& pose_block_of(int keyframe, std::size_t from,
@@ -79,31 +95,92 @@ double loss_at(const Window& window, double square, double& weight) {
   return rho[0] / 2;
 }
 
+bool is_of_anchor(const Window& window, const WindowPoint& point, const WindowView& view) {
+  return window.anchored && view.keyframe == point.anchor;
+}
+
+ViewBlocks blocks_of(const Window& window, const WindowPoint& point, const WindowView& view,
+                     Written& at) {
+  const bool own = is_of_anchor(window, point, view);
+  ViewBlocks blocks;
+  if (!own) blocks.add(window.keyframe(view.keyframe).motion.data(), at.by_view.data());
+  if (window.anchored && !own) {
+    blocks.add(window.keyframe(point.anchor).motion.data(), at.by_anchor.data());
+  }
+  blocks.add(point.parameters.data(), at.by_point.data());
+  if (window.camera_blocks.empty()) return blocks;
+  std::size_t i = 0;
+  for (const std::size_t block : window.camera_blocks[static_cast<std::size_t>(view.camera)]) {
+    blocks.add(window.calibration.data() + window.sizes.calibration.all()[block].number,
+               at.by_calibration[i++].data());
+  }
+  return blocks;
+}
+
+// A derivative of a pixel by a block of the calibration.
+using ByCalibration = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostNumbers>;
+
+// Adds J^T K of a pose's derivative J and that by a block of the calibration, which begins at row.
+void add_pose_by_calibration(const std::array<double, kMostRows * kMotionNumbers>& by_pose,
+                             int width, const ByCalibration& K, int row, int errors,
+                             PointLinear::PoseBlock& pose) {
+  if (pose.by_calibration.cols() == 0) pose.by_calibration.setZero(6, errors);
+  const Eigen::Matrix<double, 2, 6> J = Rowwise<2, 6>(by_pose.data(), Eigen::OuterStride<>(width));
+  pose.by_calibration.middleCols(row, K.cols()).noalias() += J.transpose() * K;
+}
+
+void add_calibration(const Window& window, const WindowView& view, const Written& at, double weight,
+                     PointLinear::PoseBlock* of_view, PointLinear::PoseBlock* of_anchor,
+                     PointLinear& linear) {
+  if (window.camera_blocks.empty()) return;
+  const Eigen::Map<const Eigen::Vector2d> r(at.residual.data());
+  const Rowwise<2, 3> P(at.by_point.data(), Eigen::OuterStride<>(3));
+  const auto& all = window.sizes.calibration.all();
+  const auto& own = window.camera_blocks[static_cast<std::size_t>(view.camera)];
+  const int width = window.sizes.motion(), errors = window.sizes.calibration.errors();
+  std::array<ByCalibration, kMostBlocks> d;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const auto& block = all[own[i]];
+    d[i] = Rowwise<2, Eigen::Dynamic>(at.by_calibration[i].data(), 2, block.errors,
+                                      Eigen::OuterStride<>(block.numbers));
+  }
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const int row = all[own[i]].row;
+    const ByCalibration K = weight * d[i];
+    const auto n = K.cols();
+    for (std::size_t j = 0; j < own.size(); ++j) {
+      linear.calibration.H.block(row, all[own[j]].row, n, d[j].cols()).noalias() +=
+          K.transpose() * d[j];
+    }
+    linear.calibration.W.middleRows(row, n).noalias() += K.transpose() * P;
+    linear.calibration.g.segment(row, n).noalias() += K.transpose() * r;
+    if (of_view != nullptr) add_pose_by_calibration(at.by_view, width, K, row, errors, *of_view);
+    if (of_anchor != nullptr) {
+      add_pose_by_calibration(at.by_anchor, width, K, row, errors, *of_anchor);
+    }
+  }
+}
+
 void add_view(const Window& window, const WindowPoint& point, const WindowView& view, Written& at,
               PointLinear& linear, double& whitened_norm) {
-  const bool anchored = window.anchored, own = anchored && view.keyframe == point.anchor;
+  const bool anchored = window.anchored, own = is_of_anchor(window, point, view);
   const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
-  const double* motion = window.keyframe(view.keyframe).motion.data();
   const int rows = cost.num_residuals();
-  std::array<const double*, 3> x{};
-  std::array<double*, 3> J{};
-  std::size_t n = 0;
-  if (!own) x[n] = motion, J[n++] = at.by_view.data();
-  if (anchored && !own) {
-    x[n] = window.keyframe(point.anchor).motion.data();
-    J[n++] = at.by_anchor.data();
-  }
-  x[n] = point.parameters.data(), J[n] = at.by_point.data();
-  cost.Evaluate(x.data(), at.residual.data(), J.data());
+  ViewBlocks blocks = blocks_of(window, point, view, at);
+  cost.Evaluate(blocks.x.data(), at.residual.data(), blocks.J.data());
   const double s = square(at, rows);
   whitened_norm = std::sqrt(s);
   double weight = 1;
   linear.cost += loss_at(window, s, weight);
-  if (own) return add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
+  if (own) {
+    add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
+    return add_calibration(window, view, at, weight, nullptr, nullptr, linear);
+  }
   PointLinear::PoseBlock& pose_block =
       pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
-  add(rows, at, weight, window.sizes.motion(), &pose_block,
-      anchored ? &linear.pose_blocks.front() : nullptr, linear);
+  PointLinear::PoseBlock* anchor = anchored ? &linear.pose_blocks.front() : nullptr;
+  add(rows, at, weight, window.sizes.motion(), &pose_block, anchor, linear);
+  add_calibration(window, view, at, weight, &pose_block, anchor, linear);
 }
 
 void add_alone(const WindowPoint& point, PointLinear& linear) {
@@ -124,6 +201,11 @@ void begin(const Window& window, const WindowPoint& point, PointLinear& linear) 
   linear.cost = 0;
   linear.pose_blocks.reserve(point.views.size() + 1);
   if (window.anchored) linear.pose_blocks.push_back({.keyframe = point.anchor});
+  const int errors = window.sizes.calibration.errors();
+  if (errors == 0) return;
+  linear.calibration.H.setZero(errors, errors);
+  linear.calibration.W.setZero(errors, 3);
+  linear.calibration.g.setZero(errors);
 }
 
 double evaluate(const Window& window, WindowPoint& point) {
@@ -185,15 +267,11 @@ PointLinear linearise(const Window& window, const WindowPoint& point, std::optio
 }
 
 Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const WindowView& view) {
-  const bool anchored = window.anchored, own = anchored && view.keyframe == point.anchor;
-  const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
-  std::array<const double*, 3> x{};
-  std::size_t n = 0;
-  if (!own) x[n++] = window.keyframe(view.keyframe).motion.data();
-  if (anchored && !own) x[n++] = window.keyframe(point.anchor).motion.data();
-  x[n] = point.parameters.data();
+  const ceres::CostFunction& cost =
+      is_of_anchor(window, point, view) ? *view.at_anchor : *view.cost;
+  Written unused;
   Eigen::VectorXd result(cost.num_residuals());
-  cost.Evaluate(x.data(), result.data(), nullptr);
+  cost.Evaluate(blocks_of(window, point, view, unused).x.data(), result.data(), nullptr);
   return result;
 }
 

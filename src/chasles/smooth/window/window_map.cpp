@@ -26,6 +26,14 @@ Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& fact
   return inverse.transpose() * inverse;
 }
 
+Eigen::MatrixXd calibration_covariance(const WindowFactor& factor) {
+  const WindowRows& rows = *factor.rows;
+  const int n = rows.calibration_errors, count = rows.size - rows.calibration;
+  Eigen::MatrixXd C = Eigen::MatrixXd::Identity(count, n);
+  dense::solve_lower(factor.L.bottomRightCorner(count, count), C);
+  return C.transpose() * C;
+}
+
 std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
                                         int number) {
   if (!factor.rows) return std::nullopt;
@@ -53,10 +61,14 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
       C.middleRows<6>(rows.keyframe(pose_block.keyframe)) -=
           pose_block.W * by_information.transpose();
     }
+    if (rows.calibration_errors > 0) {
+      C.middleRows(rows.calibration, rows.calibration_errors) -=
+          point.linear.calibration.W * by_information.transpose();
+    }
     landmark.covariance = by_information * by_point.transpose();
   }
   // Rows above the first nonzero row stay zero.
-  const int first = point.in_prior ? rows.points.at(number) : rows.begin;
+  const int first = point.in_prior ? rows.points.at(number) : rows.calibration;
   const int count = rows.size - first;
   dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));
   landmark.covariance += C.bottomRows(count).transpose() * C.bottomRows(count);

@@ -4,6 +4,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/lie/small_matrices.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
 // The prior of a window from its marginalised states.
@@ -17,6 +18,10 @@ Eigen::VectorXd chart_errors(const Window& window, const WindowRows& rows,
   Eigen::VectorXd xi = Eigen::VectorXd::Zero(prior.gradient.size());
   for (const auto& [number, row] : rows.points) {
     xi.segment<3>(row) = numbers.points.at(number) - prior.points.at(number);
+  }
+  if (rows.calibration_errors > 0) {
+    xi.segment(rows.calibration, rows.calibration_errors) =
+        difference(window.sizes.calibration, window.calibration.data(), prior.calibration.data());
   }
   const ChartManifold manifold(*window.chart, window.sizes.velocity);
   Eigen::VectorXd errors(window.sizes.errors());
@@ -71,6 +76,15 @@ std::vector<Turn> turns_of(const Window& window, const WindowRows& rows,
     const Eigen::MatrixXd G = inverse * chart_block(window, now).topLeftCorner(n, n);
     if (G.isIdentity(0)) continue;
     turns.push_back({.row = rows.keyframe(rows.first + static_cast<int>(k)), .G = G});
+  }
+  for (const auto& block : window.sizes.calibration.all()) {
+    if (!block.is_pose) continue;
+    const SE3 at = read_pose(window.calibration.data() + block.number);
+    const SE3 from = read_pose(prior.calibration.data() + block.number);
+    if (at.R == from.R) continue;
+    Matrix6d G = Matrix6d::Identity();
+    G.topLeftCorner<3, 3>() = so3::left_jacobian_inverse(so3::log(at.R * from.R.transpose()));
+    turns.push_back({.row = rows.calibration + block.row, .G = G});
   }
   return turns;
 }
@@ -149,6 +163,22 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
   return window.chart->motion_block(state);
 }
 
+void add_calibration(Window& window, const Calibration& at, const Calibration& mean,
+                     const Eigen::MatrixXd& whitening, std::size_t cameras) {
+  window.sizes.calibration = CalibrationBlocks(at);
+  const CalibrationBlocks& blocks = window.sizes.calibration;
+  window.calibration.resize(static_cast<std::size_t>(blocks.numbers()));
+  write_calibration(at, window.calibration.data());
+  for (std::size_t i = 0; i < cameras; ++i) {
+    window.camera_blocks.push_back(blocks.of_camera(static_cast<int>(i)));
+  }
+  WindowPrior& prior = window.prior;
+  prior.information = whitening.transpose() * whitening;
+  prior.gradient.setZero(blocks.errors());
+  prior.calibration.resize(window.calibration.size());
+  write_calibration(mean, prior.calibration.data());
+}
+
 WindowRows prior_rows(const Window& window) {
   return {window, static_cast<int>(window.prior.keyframes.size()), 1};
 }
@@ -183,6 +213,7 @@ void set_prior(Window& window, WindowSystem system) {
                   .keyframes = {window.keyframes.begin(), window.keyframes.end()},
                   .points = {}};
   WindowPrior& prior = window.prior;
+  prior.calibration = window.calibration;
   for (const auto& [number, point] : window.points) {
     if (point.in_prior) prior.points[number] = point.parameters;
   }

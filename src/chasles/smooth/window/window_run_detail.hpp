@@ -39,6 +39,9 @@ class SlidingWindow {
   Eigen::MatrixXd newest_covariance() const {
     return smooth_detail::newest_covariance(window, factor_);
   }
+  Eigen::MatrixXd calibration_covariance() const {
+    return smooth_detail::calibration_covariance(factor_);
+  }
   /// All landmarks that have left, and those in the window (without a finite minimum: only the
   /// former).
   std::vector<MapLandmark> map();

@@ -84,6 +84,7 @@ WindowScale scale_of(const Window& window, const WindowRows& rows) {
 ScaledNumbers scaled(const Window& window, double log) {
   const WindowPrior& prior = window.prior;
   ScaledNumbers numbers;
+  if (prior.keyframes.empty()) return numbers;
   const Vector3d about = position(prior.keyframes.front());
   const double factor = std::exp(log);
   for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {

@@ -13,20 +13,37 @@ constexpr double kFirstDamping = 1e-4, kMostDamping = 1e4;
 // The values of a window, to restore them.
 struct Numbers {
   std::deque<WindowKeyframe> keyframes;
+  std::vector<double> calibration;
   std::vector<Eigen::Vector3d> points;
 };
 
 Numbers numbers_of(const Window& window) {
-  Numbers numbers{.keyframes = window.keyframes, .points = {}};
+  Numbers numbers{.keyframes = window.keyframes, .calibration = window.calibration, .points = {}};
   for (const auto& [number, point] : window.points) numbers.points.push_back(point.parameters);
   return numbers;
 }
 
 void restore(const Numbers& numbers, Window& window) {
   window.keyframes = numbers.keyframes;
+  window.calibration = numbers.calibration;
   auto parameters = numbers.points.begin();
   for (auto& [number, point] : window.points) point.parameters = *parameters++;
   window.stale = true;
+}
+
+void move_calibration(const WindowRows& rows, const Eigen::VectorXd& step, Window& window) {
+  const ChartManifold extrinsics(kStandardChart, false);
+  for (const auto& block : window.sizes.calibration.all()) {
+    double* x = window.calibration.data() + block.number;
+    const double* by = step.data() + rows.calibration + block.row;
+    if (block.is_pose) {
+      std::array<double, kPoseNumbers> from{};
+      std::copy_n(x, kPoseNumbers, from.begin());
+      extrinsics.Plus(from.data(), by, x);
+    } else {
+      for (int i = 0; i < block.errors; ++i) x[i] += by[i];
+    }
+  }
 }
 
 void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, Window& window) {
@@ -41,10 +58,15 @@ void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, W
     for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
       right -= pose_block.W.transpose() * step.segment<6>(rows.keyframe(pose_block.keyframe));
     }
+    if (rows.calibration_errors > 0) {
+      right -= point.linear.calibration.W.transpose() *
+               step.segment(rows.calibration, rows.calibration_errors);
+    }
     Eigen::Matrix3d V = point.linear.V;
     V.diagonal() *= 1 + damping;
     point.parameters += inverse_on_range(V) * right;
   }
+  move_calibration(rows, step, window);
   const ChartManifold manifold(*window.chart, window.sizes.velocity);
   const int additive = window.sizes.additive, moved = rows.errors - additive;
   int row = rows.begin;

@@ -25,10 +25,18 @@ void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
 }
 
 void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSystem& system) {
+  const int c = rows.calibration, n = rows.calibration_errors;
+  if (n > 0) {
+    system.S.block(c, c, n, n) += linear.calibration.H;
+    system.g.segment(c, n) += linear.calibration.g;
+  }
   for (const PointLinear::PoseBlock& pose_block : linear.pose_blocks) {
     const int i = rows.keyframe(pose_block.keyframe);
     system.S.block<6, 6>(i, i) += pose_block.H;
     system.g.segment<6>(i) += pose_block.g;
+    if (pose_block.by_calibration.cols() > 0) {
+      system.S.block(i, c, 6, n) += pose_block.by_calibration;
+    }
     if (&pose_block == &linear.pose_blocks.front()) continue;
     const int a = rows.keyframe(linear.pose_blocks.front().keyframe);
     add_block(i, a, pose_block.by_anchor, system.S);
@@ -37,10 +45,17 @@ void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSy
 
 void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::Matrix3d& V_inverse,
                WindowSystem& system) {
+  const int c = rows.calibration, n = rows.calibration_errors;
+  if (n > 0) {
+    const Eigen::Matrix<double, Eigen::Dynamic, 3> Y = linear.calibration.W * V_inverse;
+    system.g.segment(c, n).noalias() -= Y * linear.b;
+    system.S.block(c, c, n, n).noalias() -= Y * linear.calibration.W.transpose();
+  }
   for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
     const int i = rows.keyframe(of.keyframe);
     const Matrix63d Y = of.W * V_inverse;
     system.g.segment<6>(i).noalias() -= Y * linear.b;
+    if (n > 0) system.S.block(i, c, 6, n).noalias() -= Y * linear.calibration.W.transpose();
     for (const PointLinear::PoseBlock& by : linear.pose_blocks) {
       const int j = rows.keyframe(by.keyframe);
       if (j <= i) system.S.block<6, 6>(i, j).noalias() -= Y * by.W.transpose();
@@ -60,6 +75,9 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
     points[number] = begin;
     begin += 3;
   }
+  calibration = begin;
+  calibration_errors = window.sizes.calibration.errors();
+  begin += calibration_errors;
   size = keyframe(first + keyframes);
 }
 
@@ -81,6 +99,9 @@ WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const W
   for (const auto& [number, row] : from.points) {
     const auto at = to.points.find(number);
     if (at != to.points.end()) add({.from = row, .to = at->second, .count = 3});
+  }
+  if (from.calibration_errors > 0) {
+    add({.from = from.calibration, .to = to.calibration, .count = from.calibration_errors});
   }
   const int end = std::min(from.first + from.keyframes, to.first + to.keyframes);
   for (int k = std::max(from.first, to.first); k < end; ++k) {
@@ -123,6 +144,9 @@ void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<
   }
   system.S.block<3, 3>(*row, *row) += linear.V;
   system.g.segment<3>(*row) += linear.b;
+  if (rows.calibration_errors > 0) {
+    system.S.block(rows.calibration, *row, rows.calibration_errors, 3) += linear.calibration.W;
+  }
   for (const PointLinear::PoseBlock& pose_block : linear.pose_blocks) {
     system.S.block<6, 3>(rows.keyframe(pose_block.keyframe), *row) += pose_block.W;
   }
@@ -151,6 +175,10 @@ WindowSystem normal_equations(const Window& window, const WindowRows& rows, doub
       enlarged.segment<6>(rows.keyframe(pose_block.keyframe)) += pose_block.H.diagonal();
     }
     if (own) enlarged.segment<3>(row->second) += point.linear.V.diagonal();
+    if (rows.calibration_errors > 0) {
+      enlarged.segment(rows.calibration, rows.calibration_errors) +=
+          point.linear.calibration.H.diagonal();
+    }
   }
   system.S.diagonal() += damping * enlarged;
   return system;

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include <chasles/smooth/terms/calibrated_costs_detail.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 
@@ -93,6 +94,18 @@ WindowView window_view(const Term& term, bool anchored) {
     view.at_anchor = std::make_unique<AnchorCost<Term>>(term);
   } else {
     view.cost = std::make_unique<PointCost<Term>>(term);
+  }
+  return view;
+}
+
+/// The same where the calibration is estimated.
+inline WindowView window_view(const CalibratedTerm& term, bool anchored) {
+  WindowView view;
+  if (anchored) {
+    view.cost = std::make_unique<CalibratedCost>(term, ViewForm::kAnchored);
+    view.at_anchor = std::make_unique<CalibratedCost>(term, ViewForm::kAnchor);
+  } else {
+    view.cost = std::make_unique<CalibratedCost>(term, ViewForm::kPoint);
   }
   return view;
 }
