@@ -31,7 +31,8 @@ def batch_problem(run: Any, part: int = 0) -> Dict[str, Any]:
         cameras, imu_noise, gravity, loss ("none", "huber", "cauchy") beyond loss_width sigmas of a pixel
         inverse_depth_sigma     of the weak prior of a landmark's inverse depth, mean 0, in the camera of its first view;
                                 None for Cartesian landmarks
-        cost                    half of the weighted squares; of it that prior has inverse_depth_cost
+        cost                    half of the weighted squares; of it that prior has inverse_depth_cost,
+                                and that of an estimated calibration calibration_cost
         landmarks_beyond_infinity   landmarks in the cost without a position
 
     Raises UsageError for a run without such a problem."""

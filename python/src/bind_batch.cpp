@@ -129,6 +129,7 @@ py::dict problem_of(const BatchTerms& terms) {
   result["cost"] = terms.cost;
   result["inverse_depth_sigma"] = terms.inverse_depth_sigma;
   result["inverse_depth_cost"] = terms.inverse_depth_cost;
+  result["calibration_cost"] = terms.calibration_cost;
   return result;
 }
 

@@ -85,7 +85,7 @@ TEST(CalibratingOverAGap, KeepsTheCalibration) {
     const Calibration& found = *result.estimates.back().calibration;
     const Eigen::VectorXd error = calibration_error(m.truth, found);
     const Eigen::VectorXd sigma = found.covariance.diagonal().cwiseSqrt();
-    EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 5) << estimator;
+    EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 4) << estimator;
     EXPECT_LT(error.head<3>().norm(), 0.01) << estimator;
     EXPECT_LT(std::abs(error[6]), 1e-3) << estimator;
   }

@@ -70,14 +70,14 @@ std::optional<Calibration> found_calibration(const std::vector<Estimate>& estima
   return sound == estimates.rend() ? std::nullopt : sound->calibration;
 }
 
-// Takes samples and frames. `begun`: where the search begins with the calibration; `known`: what
+// Takes samples and frames. `initial`: where the search begins with the calibration; `known`: what
 // earlier parts know of it.
 InertialBatchInput part_input(const InertialSensors& sensors, const InertialRunSettings& settings,
-                              const std::optional<Calibration>& begun,
+                              const std::optional<Calibration>& initial,
                               const std::optional<Calibration>& known, BatchMaterial& part) {
   InertialBatchInput input =
       batch_input(sensors, settings.filter, start_at(part.estimates.front()));
-  if (begun) begin_at(*begun, sensors.cameras, input);
+  if (initial) begin_at(*initial, sensors.cameras, input);
   if (known) input.calibration = known;
   for (const Estimate& e : part.estimates) {
     input.initial.push_back(timed_motion(e, input.time_offset));
@@ -147,17 +147,17 @@ InertialBatchResult smooth_parts(const InertialSensors& sensors,
   int done = 0, failed = 0;
   std::string failure;
   std::exception_ptr first_error;
-  std::optional<Calibration> begun = found_calibration(material.estimates), known;
-  const double offset =
-      begun && begun->time_offset ? *begun->time_offset : settings.filter.initial_time_offset();
+  std::optional<Calibration> initial = found_calibration(material.estimates), known;
+  const double offset = initial && initial->time_offset ? *initial->time_offset
+                                                        : settings.filter.initial_time_offset();
   std::vector<BatchMaterial> parts = divided(std::move(material), from_seconds(offset));
   for (BatchMaterial& part : parts) {
-    InertialBatchInput input = part_input(sensors, settings, begun, known, part);
+    InertialBatchInput input = part_input(sensors, settings, initial, known, part);
     try {
       append(smooth_part(std::move(input), settings, &part != &parts.front(), stop), done == 0,
              all);
       ++done;
-      begun = known = all.estimates.back().calibration;
+      initial = known = all.estimates.back().calibration;
     } catch (const Error& error) {
       if (!first_error) {
         first_error = std::current_exception();

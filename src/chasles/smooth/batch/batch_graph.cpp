@@ -80,7 +80,7 @@ void add_motion(const InertialBatchInput& input, ImuBuffer& buffer, BatchGraph& 
 Calibration first_calibration(const InertialBatchInput& input) {
   const CalibrationBlocks blocks(input.calibration);
   const auto n = static_cast<std::size_t>(blocks.numbers());
-  std::vector<double> stated(n), begun(n);
+  std::vector<double> stated(n), initial(n);
   write_calibration(*input.calibration, stated.data());
   Calibration first = *input.calibration;
   for (std::size_t i = 0; i < input.cameras.size(); ++i) {
@@ -92,15 +92,16 @@ Calibration first_calibration(const InertialBatchInput& input) {
     first.intrinsics[i].has_readout = input.calibration->intrinsics[i].has_readout;
   }
   if (first.time_offset) first.time_offset = to_seconds(input.time_offset);
-  write_calibration(first, begun.data());
+  write_calibration(first, initial.data());
   for (const auto& block : blocks.all()) {
     for (const int row : input.considered) {
       if (row < block.row || row >= block.row + block.errors) continue;
       const int of_row = block.is_pose ? block.number : block.number + row - block.row;
-      std::copy_n(stated.data() + of_row, block.is_pose ? block.numbers : 1, begun.data() + of_row);
+      std::copy_n(stated.data() + of_row, block.is_pose ? block.numbers : 1,
+                  initial.data() + of_row);
     }
   }
-  read_calibration(begun.data(), first);
+  read_calibration(initial.data(), first);
   return first;
 }
 

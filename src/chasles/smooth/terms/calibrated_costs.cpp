@@ -88,6 +88,22 @@ CalibratedCost::CalibratedCost(CalibratedTerm term, ViewForm form)
   if (term_.camera.has_extrinsics) sizes.push_back(kPoseNumbers);
   if (term_.camera.time_offset) sizes.push_back(1);
   if (term_.camera.intrinsics) sizes.push_back(6 * term_.camera.intrinsics->blocks());
+  if (term_.anchor && !term_.anchor->is_view) sizes.push_back(kPoseNumbers);
+}
+
+// `calibration`: the blocks of it, the view's extrinsics first.
+Landmark CalibratedCost::anchored(const double* parameters,
+                                  const double* const* calibration) const {
+  Landmark landmark;
+  landmark.anchor = 0;
+  landmark.inverse_depth = Eigen::Map<const Eigen::Vector3d>(parameters);
+  landmark.cam_T_imu = term_.of_anchor;
+  if (!term_.anchor) return landmark;
+  const std::size_t last = parameter_block_sizes().size() - blocks_before_calibration(form_) - 1;
+  landmark.cam_T_imu =
+      term_.anchor->axes_T_imu(read_pose(calibration[term_.anchor->is_view ? 0 : last]));
+  landmark.imu_T_line = term_.anchor->imu_T_line;
+  return landmark;
 }
 
 CalibratedCost::At CalibratedCost::at(const double* const* calibration) const {
@@ -115,9 +131,7 @@ bool CalibratedCost::Evaluate(const double* const* x, double* residuals, double*
   HomogeneousPoint point{.p_world = parameters, .w = 1};
   if (form_ != ViewForm::kPoint) {
     if (form_ == ViewForm::kAnchored) anchor.world_T_imu = read_pose(x[1]);
-    landmark.anchor = 0;
-    landmark.cam_T_imu = term_.of_anchor;
-    landmark.inverse_depth = parameters;
+    landmark = anchored(x[own - 1], x + own);
     point = homogeneous(anchor, landmark);
   }
   const auto seen = see(at.camera, world_T_imu, point, term_.pixel, term_.least_depth);
@@ -133,38 +147,45 @@ bool CalibratedCost::Evaluate(const double* const* x, double* residuals, double*
   if (form_ != ViewForm::kAnchor)
     write_block(seen->d_pose / term_.sigma, kMotionNumbers, jacobians[0]);
   Eigen::Matrix<double, 2, 3> by_parameters = seen->d_point;
+  Matrix26d by_anchor = Matrix26d::Zero();
   if (form_ != ViewForm::kPoint) {
     const Eigen::Matrix<double, 2, 9> d = seen->d_point * homogeneous_derivative(anchor, landmark);
     by_parameters = d.rightCols<3>();
     by_parameters.rightCols<1>() += seen->d_w;
+    if (term_.anchor)
+      by_anchor = seen->d_point * homogeneous_derivative_by_camera(anchor, landmark);
     if (form_ == ViewForm::kAnchored) {
       write_block(d.leftCols<6>() / term_.sigma, kMotionNumbers, jacobians[1]);
     }
   }
   write_block(by_parameters / term_.sigma, 3, jacobians[own - 1]);
-  write_calibration(at, world_T_imu, point, *seen, jacobians + own);
+  write_calibration(at, world_T_imu, point, *seen, by_anchor, jacobians + own);
   return true;
 }
 
 void CalibratedCost::write_calibration(const At& at, const SE3& world_T_imu,
                                        const HomogeneousPoint& point, const Seen& seen,
-                                       double** jacobians) const {
+                                       const Matrix26d& by_anchor, double** jacobians) const {
   const EstimatedCamera& of = term_.camera;
   const Eigen::Vector3d p_cam = in_camera(at.camera, world_T_imu, point);
   if (of.has_extrinsics) {
-    write_block(derivative_by_camera(at.camera, world_T_imu, point, seen.d_point, at.imu_T_line) /
-                    term_.sigma,
-                kPoseNumbers, *jacobians++);
+    Matrix26d d = derivative_by_camera(at.camera, world_T_imu, point, seen.d_point, at.imu_T_line);
+    if (term_.anchor && term_.anchor->is_view) d += by_anchor;
+    write_block(d / term_.sigma, kPoseNumbers, *jacobians++);
   }
   if (of.time_offset) {
     const Eigen::Vector3d moved = moved_by_delay(at.camera, term_.motion, at.delay, p_cam, point.w);
     const Eigen::Vector3d moved_world = world_T_imu.R * (at.camera.cam_T_imu.R.transpose() * moved);
     write_block(seen.d_point * moved_world / term_.sigma, 1, *jacobians++);
   }
-  if (!of.intrinsics) return;
-  const auto by = intrinsics_derivative(at.intrinsics, at.camera, term_.motion, at.delay,
-                                        term_.pixel, p_cam, point.w);
-  write_block(by.d.leftCols(6 * by.blocks) / term_.sigma, 6 * by.blocks, *jacobians);
+  if (of.intrinsics) {
+    const auto by = intrinsics_derivative(at.intrinsics, at.camera, term_.motion, at.delay,
+                                          term_.pixel, p_cam, point.w);
+    write_block(by.d.leftCols(6 * by.blocks) / term_.sigma, 6 * by.blocks, *jacobians++);
+  }
+  if (term_.anchor && !term_.anchor->is_view) {
+    write_block(by_anchor / term_.sigma, kPoseNumbers, *jacobians);
+  }
 }
 
 }  // namespace chasles::smooth_detail

@@ -13,6 +13,8 @@
 /// The terms of the cost where the calibration is estimated. Private to the smooth folder.
 namespace chasles::smooth_detail {
 
+using Matrix26d = Eigen::Matrix<double, 2, 6>;
+
 /// The prior of a calibration. Blocks: all CalibrationBlocks. Jacobians of a pose have the
 /// derivatives by its six errors in their first columns.
 class CalibrationCost final : public ceres::CostFunction {
@@ -40,12 +42,24 @@ struct EstimatedCamera {
                   double time_offset);
 };
 
+/// Axes of an anchored landmark that move with the estimated extrinsics of a camera.
+struct AnchorCamera {
+  AnchorFace face = AnchorFace::kFront;
+  SE3 imu_T_line = {};  ///< of the pixel that anchored it
+  bool is_view = true;  ///< whether it is the camera of the view, too
+
+  SE3 axes_T_imu(const SE3& imu_T_camera) const {
+    return face_T_imu(face, (imu_T_line * imu_T_camera).inverse());
+  }
+};
+
 /// A pixel observation of a landmark by such a camera. The image was taken when the camera's clock
 /// says so: later than the keyframe's time by the change of the time offset.
 struct CalibratedTerm {
   EstimatedCamera camera;
   ReadoutMotion motion = {};  ///< after the keyframe of the view
   SE3 of_anchor = {};         ///< of an anchored landmark: axes that are fixed to its keyframe
+  std::optional<AnchorCamera> anchor = {};  ///< and where they are not
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double sigma = 1;
   double least_depth = kLeastDepth;
@@ -56,8 +70,8 @@ struct CalibratedTerm {
 CalibratedTerm calibrated_term(const InertialBatchInput& input, const BatchGraph& graph,
                                const PointView& view, const SE3& of_anchor, double sigma);
 
-/// Its residual. Blocks: those of PointCost, AnchoredCost or AnchorCost, and the
-/// CalibrationBlocks::of_camera.
+/// Its residual. Blocks: those of PointCost, AnchoredCost or AnchorCost, the
+/// CalibrationBlocks::of_camera, and the extrinsics of an AnchorCamera that is not the view's.
 class CalibratedCost final : public ceres::CostFunction {
  public:
   CalibratedCost(CalibratedTerm term, ViewForm form);
@@ -67,7 +81,8 @@ class CalibratedCost final : public ceres::CostFunction {
   struct At;  // the camera at the line of the pixel
   At at(const double* const* calibration) const;
   void write_calibration(const At& at, const SE3& world_T_imu, const HomogeneousPoint& point,
-                         const Seen& seen, double** jacobians) const;
+                         const Seen& seen, const Matrix26d& by_anchor, double** jacobians) const;
+  Landmark anchored(const double* parameters, const double* const* calibration) const;
 
   CalibratedTerm term_;
   ViewForm form_;

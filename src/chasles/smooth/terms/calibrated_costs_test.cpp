@@ -115,6 +115,40 @@ TEST(CalibratedCosts, HaveTheirDerivatives) {
   }
 }
 
+// The axes of the landmark move with the extrinsics of the view's camera, or with another's.
+TEST(CalibratedCosts, HaveTheirDerivativesByTheCameraOfTheAnchor) {
+  Random random(6);
+  const Camera camera = rolling_camera(Distortion::kRadtan, 0.02);
+  const Calibration calibration = calibration_with(camera, {});
+  for (const AnchorFace face : {AnchorFace::kFront, AnchorFace::kRight}) {
+    for (const bool is_view : {true, false}) {
+      const AnchorCamera anchor{
+          .face = face, .imu_T_line = some_readout(random).after(0.01), .is_view = is_view};
+      const CalibratedTerm term{.camera = {camera, 0, calibration, 0.001},
+                                .motion = some_readout(random),
+                                .anchor = anchor,
+                                .pixel = {300, 200}};
+      const SE3 axes = anchor.axes_T_imu(camera.cam_T_imu.inverse());
+      const Eigen::Vector3d q = axes * Eigen::Vector3d(6, 0.3, -0.4);
+      const std::vector<double> inverse_depth = {q.x() / q.z(), q.y() / q.z(), 1 / q.z()};
+      const std::vector<double> view = motion_near(random), from = motion_near(random);
+      for (const bool own : {true, false}) {
+        Blocks blocks = own ? blocks_with({inverse_depth}, calibration)
+                            : blocks_with({view, from, inverse_depth}, calibration);
+        const CalibratedCost cost(term, own ? ViewForm::kAnchor : ViewForm::kAnchored);
+        if (!is_view) {
+          // Behind the intrinsics, which are no motion, a pose that is one: its own last block.
+          EXPECT_EQ(cost.parameter_block_sizes().back(), kPoseNumbers);
+          blocks.numbers.emplace_back(kPoseNumbers);
+          write_pose(camera.cam_T_imu.inverse(), blocks.numbers.back().data());
+          blocks.plain_until = blocks.numbers.size() - 1;
+        }
+        expect_numeric(cost, blocks, 1e-5);
+      }
+    }
+  }
+}
+
 TEST(CalibratedCosts, WithTheKnownCalibrationAreThoseOfAKnownOne) {
   Random random(2);
   const Camera camera = rolling_camera(Distortion::kRadtan, 0.02);

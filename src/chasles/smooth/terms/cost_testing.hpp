@@ -17,10 +17,12 @@ using namespace smooth_detail;
 struct Blocks {
   const ErrorChart* chart;
   std::vector<std::vector<double>> numbers;
-  std::optional<std::size_t> plain_from = {};  ///< the number of the first that is no motion
+  /// The numbers of the first that is no motion, and of the first after these.
+  std::optional<std::size_t> plain_from = {}, plain_until = {};
 
   bool is_motion(std::size_t block) const {
-    if (plain_from && block >= *plain_from) return false;
+    const bool after = plain_until && block >= *plain_until;
+    if (plain_from && block >= *plain_from && !after) return false;
     return numbers[block].size() == kMotionNumbers || numbers[block].size() == kPoseNumbers;
   }
   ChartManifold manifold(std::size_t block) const {

@@ -59,7 +59,9 @@ struct InertialWindow::Implementation {
   void push(Time time);
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
-  WindowView view_of(const PointView& view, const SE3& anchor_cam_T_imu, int& matches) const;
+  CalibratedTerm term_of(const PointView& view, const WindowPoint& point, double sigma) const;
+  WindowView view_of(const PointView& view, const WindowPoint& point, int& matches) const;
+  void hang_on_camera(const PointView& first, AnchorFace face, WindowPoint& point) const;
   void initialise_landmarks();
   void read_states();
   Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
@@ -172,22 +174,31 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
     seen.push_back(o.landmark);
     return;
   }
-  const SE3& anchor_cam_T_imu = sliding.window.points.at(*track.point).cam_T_imu;
-  sliding.observe(*track.point, view_of(views.back(), anchor_cam_T_imu, track.matches));
+  const WindowPoint& point = sliding.window.points.at(*track.point);
+  sliding.observe(*track.point, view_of(views.back(), point, track.matches));
   ++report.observations;
 }
 
-WindowView InertialWindow::Implementation::view_of(const PointView& view,
-                                                   const SE3& anchor_cam_T_imu,
+CalibratedTerm InertialWindow::Implementation::term_of(const PointView& view,
+                                                       const WindowPoint& point,
+                                                       double sigma) const {
+  CalibratedTerm term = calibrated_term(input, graph, view, point.cam_T_imu, sigma);
+  term.anchor = point.camera;
+  if (term.anchor) {
+    term.anchor->is_view = point.extrinsics == static_cast<std::size_t>(view.camera);
+  }
+  return term;
+}
+
+WindowView InertialWindow::Implementation::view_of(const PointView& view, const WindowPoint& point,
                                                    int& matches) const {
   const double sigma = sigma_of(input, view, matches);
   WindowView made =
       graph.calibration
-          ? window_view(calibrated_term(input, graph, view, anchor_cam_T_imu, sigma),
-                        graph.anchored)
+          ? window_view(term_of(view, point, sigma), graph.anchored)
           : window_view(PixelTerm{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
                                   .cam_T_imu = cam_T_imu_of(input, graph, view),
-                                  .of_anchor = anchor_cam_T_imu,
+                                  .of_anchor = point.cam_T_imu,
                                   .pixel = view.pixel,
                                   .sigma = sigma},
                         graph.anchored);
@@ -209,9 +220,10 @@ void InertialWindow::Implementation::initialise_landmarks() {
                      .anchor = first.keyframe,
                      .cam_T_imu = anchor_T_imu(input, graph, point),
                      .parameters = point.parameters};
+    hang_on_camera(first, point.face, made);
     track.matches = 0;
     for (const PointView& view : point.views) {
-      made.views.push_back(view_of(view, made.cam_T_imu, track.matches));
+      made.views.push_back(view_of(view, made, track.matches));
     }
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
@@ -220,6 +232,27 @@ void InertialWindow::Implementation::initialise_landmarks() {
     ++report.landmarks;
     report.observations += static_cast<int>(point.views.size());
   }
+}
+
+// Lets the axes of an anchored landmark move with the estimated extrinsics of its camera. In axes
+// that are fixed to the keyframe, an error of the extrinsics would move a landmark by an amount
+// that depends on its depth, and the prior would seem to know these errors as soon as depths
+// change.
+void InertialWindow::Implementation::hang_on_camera(const PointView& first, AnchorFace face,
+                                                    WindowPoint& point) const {
+  if (!graph.anchored || !graph.calibration || graph.calibration->imu_T_camera.empty()) return;
+  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  const BatchKeyframe& keyframe = graph.keyframes[static_cast<std::size_t>(first.keyframe)];
+  point.camera = {.face = face,
+                  .imu_T_line = imu_T_line(camera, motion_of(graph, keyframe), first.pixel)};
+  point.extrinsics = static_cast<std::size_t>(first.camera);
+  const SE3 before = point.cam_T_imu;
+  update_axes(sliding.window, point);
+  const SE3 change = point.cam_T_imu * before.inverse();
+  const double w = point.parameters.z();
+  const Eigen::Vector3d q =
+      change.R * Eigen::Vector3d(point.parameters.x(), point.parameters.y(), 1) + w * change.p;
+  point.parameters = Eigen::Vector3d(q.x(), q.y(), w) / q.z();
 }
 
 void InertialWindow::Implementation::read_states() {

@@ -60,6 +60,26 @@ TEST(WindowCalibration, OfFewKeyframesIsNearThatOfTheBatch) {
   }
 }
 
+// Hardly any rotation: what was not observed stays unknown, however depths and poses change while
+// keyframes leave.
+TEST(WindowCalibration, OfWhatTheMotionDoesNotShowIsNotKnown) {
+  for (const int cameras : {1, 2}) {
+    CalibrationScene scene = calibration_scene(
+        {.frames = 40, .cameras = cameras, .turning = 0.1, .landmarks = 40, .seed = 4}, 0);
+    InertialSlamSettings settings;
+    settings.calibrate_extrinsics = Calibrate::kTrue;
+    scene.input.calibration = stated_calibration(settings, scene.input.cameras);
+    BatchSettings exact = exact_settings(LandmarkForm::kInverseDepth);
+    exact.min_parallax = 0;
+    const auto window = slide(scene.input, "right-sen3", exact, 8).estimates.back();
+    const auto batch = smooth(scene.input, "right-sen3", exact).estimates.back();
+    const Eigen::VectorXd ratio = window.calibration->covariance.diagonal().cwiseQuotient(
+        batch.calibration->covariance.diagonal());
+    EXPECT_GT(ratio.minCoeff(), 0.93) << cameras << ": " << ratio.transpose();
+    EXPECT_LT(ratio.maxCoeff(), 1.15) << cameras << ": " << ratio.transpose();
+  }
+}
+
 TEST(WindowCalibration, IsWrongByAsMuchAsItSays) {
   for (const double readout : {0.0, 0.02}) {
     double calibrations = 0, states = 0;

@@ -15,6 +15,7 @@
 #include <chasles/filter/past/history.hpp>
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
+#include <chasles/smooth/terms/calibrated_costs_detail.hpp>
 
 /// A window that slides over a recording of any kind. Private to this folder. Its terms are those
 /// of the batch problems. The linear algebra uses the reference chart's errors. The error chart
@@ -80,6 +81,9 @@ struct WindowPoint {
   LandmarkId id = 0;
   int anchor = 0;      ///< keyframe in the window, of an anchored landmark
   SE3 cam_T_imu = {};  ///< of the anchor's camera, at the line of its pixel, in a face's axes
+  /// If these axes move with estimated extrinsics: how, and the block of these.
+  std::optional<AnchorCamera> camera = {};
+  std::size_t extrinsics = 0;
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
   std::vector<WindowView> views = {};                    ///< sorted by keyframe
   std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a prior of the landmark alone
@@ -238,6 +242,14 @@ void marginalise_oldest(Window& window);
 std::vector<int> ending_points(const Window& window, int keyframe);
 
 // Shared by the sources of the window.
+
+/// The row of those extrinsics among the calibration's errors.
+inline int extrinsics_row(const Window& window, const WindowPoint& point) {
+  return window.sizes.calibration.all()[point.extrinsics].row;
+}
+/// Sets the axes of landmarks by the present extrinsics.
+void update_axes(const Window& window, WindowPoint& point);
+void update_axes(Window& window);
 
 /// The landmark and its anchor in the form of the filter's charts.
 Landmark landmark_of(const WindowPoint& point);

@@ -9,7 +9,8 @@ namespace chasles::smooth_detail {
 namespace {
 
 constexpr int kMostRows = 4;
-constexpr int kMostBlocks = 3;  // of the calibration: extrinsics, time offset, intrinsics
+// Of the calibration: extrinsics, time offset, intrinsics, and the extrinsics of an anchor.
+constexpr int kMostBlocks = 4;
 constexpr int kMostNumbers = 6 * IntrinsicsDerivative::kMostBlocks;  // of one of them
 
 template <int Rows, int Columns>
@@ -99,6 +100,22 @@ bool is_of_anchor(const Window& window, const WindowPoint& point, const WindowVi
   return window.anchored && view.keyframe == point.anchor;
 }
 
+// Of the calibration, those on which a view depends.
+struct OwnBlocks {
+  std::array<std::size_t, kMostBlocks> of{};
+  std::size_t count = 0;
+};
+
+OwnBlocks calibration_of(const Window& window, const WindowPoint& point, const WindowView& view) {
+  OwnBlocks own;
+  if (window.camera_blocks.empty()) return own;
+  for (const std::size_t block : window.camera_blocks[static_cast<std::size_t>(view.camera)]) {
+    own.of[own.count++] = block;
+  }
+  if (point.camera && own.of[0] != point.extrinsics) own.of[own.count++] = point.extrinsics;
+  return own;
+}
+
 ViewBlocks blocks_of(const Window& window, const WindowPoint& point, const WindowView& view,
                      Written& at) {
   const bool own = is_of_anchor(window, point, view);
@@ -108,11 +125,10 @@ ViewBlocks blocks_of(const Window& window, const WindowPoint& point, const Windo
     blocks.add(window.keyframe(point.anchor).motion.data(), at.by_anchor.data());
   }
   blocks.add(point.parameters.data(), at.by_point.data());
-  if (window.camera_blocks.empty()) return blocks;
-  std::size_t i = 0;
-  for (const std::size_t block : window.camera_blocks[static_cast<std::size_t>(view.camera)]) {
-    blocks.add(window.calibration.data() + window.sizes.calibration.all()[block].number,
-               at.by_calibration[i++].data());
+  const OwnBlocks own_blocks = calibration_of(window, point, view);
+  for (std::size_t i = 0; i < own_blocks.count; ++i) {
+    const auto& block = window.sizes.calibration.all()[own_blocks.of[i]];
+    blocks.add(window.calibration.data() + block.number, at.by_calibration[i].data());
   }
   return blocks;
 }
@@ -129,27 +145,26 @@ void add_pose_by_calibration(const std::array<double, kMostRows * kMotionNumbers
   pose.by_calibration.middleCols(row, K.cols()).noalias() += J.transpose() * K;
 }
 
-void add_calibration(const Window& window, const WindowView& view, const Written& at, double weight,
+void add_calibration(const Window& window, const OwnBlocks& own, const Written& at, double weight,
                      PointLinear::PoseBlock* of_view, PointLinear::PoseBlock* of_anchor,
                      PointLinear& linear) {
-  if (window.camera_blocks.empty()) return;
+  if (own.count == 0) return;
   const Eigen::Map<const Eigen::Vector2d> r(at.residual.data());
   const Rowwise<2, 3> P(at.by_point.data(), Eigen::OuterStride<>(3));
   const auto& all = window.sizes.calibration.all();
-  const auto& own = window.camera_blocks[static_cast<std::size_t>(view.camera)];
   const int width = window.sizes.motion(), errors = window.sizes.calibration.errors();
   std::array<ByCalibration, kMostBlocks> d;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const auto& block = all[own[i]];
+  for (std::size_t i = 0; i < own.count; ++i) {
+    const auto& block = all[own.of[i]];
     d[i] = Rowwise<2, Eigen::Dynamic>(at.by_calibration[i].data(), 2, block.errors,
                                       Eigen::OuterStride<>(block.numbers));
   }
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const int row = all[own[i]].row;
+  for (std::size_t i = 0; i < own.count; ++i) {
+    const int row = all[own.of[i]].row;
     const ByCalibration K = weight * d[i];
     const auto n = K.cols();
-    for (std::size_t j = 0; j < own.size(); ++j) {
-      linear.calibration.H.block(row, all[own[j]].row, n, d[j].cols()).noalias() +=
+    for (std::size_t j = 0; j < own.count; ++j) {
+      linear.calibration.H.block(row, all[own.of[j]].row, n, d[j].cols()).noalias() +=
           K.transpose() * d[j];
     }
     linear.calibration.W.middleRows(row, n).noalias() += K.transpose() * P;
@@ -172,15 +187,16 @@ void add_view(const Window& window, const WindowPoint& point, const WindowView& 
   whitened_norm = std::sqrt(s);
   double weight = 1;
   linear.cost += loss_at(window, s, weight);
+  const OwnBlocks calibration = calibration_of(window, point, view);
   if (own) {
     add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
-    return add_calibration(window, view, at, weight, nullptr, nullptr, linear);
+    return add_calibration(window, calibration, at, weight, nullptr, nullptr, linear);
   }
   PointLinear::PoseBlock& pose_block =
       pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
   PointLinear::PoseBlock* anchor = anchored ? &linear.pose_blocks.front() : nullptr;
   add(rows, at, weight, window.sizes.motion(), &pose_block, anchor, linear);
-  add_calibration(window, view, at, weight, &pose_block, anchor, linear);
+  add_calibration(window, calibration, at, weight, &pose_block, anchor, linear);
 }
 
 void add_alone(const WindowPoint& point, PointLinear& linear) {

@@ -6,10 +6,21 @@
 // Uncertainties from the factor of a window's last step.
 namespace chasles::smooth_detail {
 
+void update_axes(const Window& window, WindowPoint& point) {
+  if (!point.camera) return;
+  const auto& block = window.sizes.calibration.all()[point.extrinsics];
+  point.cam_T_imu = point.camera->axes_T_imu(read_pose(window.calibration.data() + block.number));
+}
+
+void update_axes(Window& window) {
+  for (auto& [number, point] : window.points) update_axes(window, point);
+}
+
 Landmark landmark_of(const WindowPoint& point) {
   Landmark landmark{.id = point.id};
   landmark.anchor = point.anchor;
   landmark.cam_T_imu = point.cam_T_imu;
+  if (point.camera) landmark.imu_T_line = point.camera->imu_T_line;
   landmark.inverse_depth = point.parameters;
   return landmark;
 }
@@ -51,6 +62,10 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark_of(point));
     by_point = d.rightCols<3>();
     C.middleRows<6>(rows.keyframe(point.anchor)) = d.leftCols<6>().transpose();
+    if (point.camera) {
+      C.middleRows<6>(rows.calibration + extrinsics_row(window, point)) =
+          anchored_derivative_by_camera(anchor, landmark_of(point)).transpose();
+    }
   }
   landmark.covariance.setZero();
   if (point.in_prior) {

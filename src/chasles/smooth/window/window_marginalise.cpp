@@ -23,10 +23,11 @@ bool hangs_before(const Window& window, const WindowPoint& point, int keyframe) 
 }
 
 // An anchored landmark in the same axes of another keyframe, and the derivatives of the new
-// parameters by both poses and the old ones.
+// parameters by both poses, the extrinsics and the old ones.
 struct Moved {
   Eigen::Vector3d parameters;
   Eigen::Matrix<double, 3, 6> by_old, by_new;
+  std::optional<Eigen::Matrix<double, 3, 6>> by_camera;  // extrinsics, if the axes move with them
   Eigen::Matrix3d by_parameters;
 };
 
@@ -52,11 +53,22 @@ std::optional<Moved> moved_to(const Window& window, const WindowPoint& point, in
   const Eigen::Vector3d q_by_w = point.cam_T_imu.p - cam_R_world * world_T_imu.p;
   moved.by_parameters.col(2) += by_q * q_by_w + Eigen::Vector3d(0, 0, 1 / q.z());
   moved.by_new << by_q * cam_R_world * hat(from_imu), -at.w * by_q * cam_R_world;
+  if (point.camera) {
+    // The old axes move the point; the new ones move about it.
+    Landmark there = landmark_of(point);
+    there.inverse_depth = moved.parameters;
+    const Clone to{.world_T_imu = world_T_imu};
+    moved.by_camera = by_q * cam_R_world *
+                      (homogeneous_derivative_by_camera(anchor, landmark_of(point)) -
+                       q.z() * homogeneous_derivative_by_camera(to, there));
+  }
   return moved;
 }
 
 // The system by the new parameters of a landmark instead of the old ones; uses all of S.
-void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, WindowSystem& system) {
+// `extrinsics`: the row of them.
+void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, int extrinsics,
+                WindowSystem& system) {
   const Eigen::Matrix3d old_by_new = moved.by_parameters.inverse();
   const Eigen::Matrix<double, 3, 6> by_old = -old_by_new * moved.by_old;
   const Eigen::Matrix<double, 3, 6> by_new = -old_by_new * moved.by_new;
@@ -65,14 +77,21 @@ void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, Win
   S.middleCols<6>(old_anchor) += columns * by_old;
   S.middleCols<6>(new_anchor) += columns * by_new;
   S.middleCols<3>(row) = columns * old_by_new;
+  if (moved.by_camera) S.middleCols<6>(extrinsics) -= columns * (old_by_new * *moved.by_camera);
   const Eigen::MatrixXd lines = S.middleRows<3>(row);
   S.middleRows<6>(old_anchor) += by_old.transpose() * lines;
   S.middleRows<6>(new_anchor) += by_new.transpose() * lines;
   S.middleRows<3>(row) = old_by_new.transpose() * lines;
+  if (moved.by_camera) {
+    S.middleRows<6>(extrinsics) -= (old_by_new * *moved.by_camera).transpose() * lines;
+  }
   const Eigen::Vector3d g = system.g.segment<3>(row);
   system.g.segment<6>(old_anchor) += by_old.transpose() * g;
   system.g.segment<6>(new_anchor) += by_new.transpose() * g;
   system.g.segment<3>(row) = old_by_new.transpose() * g;
+  if (moved.by_camera) {
+    system.g.segment<6>(extrinsics) -= (old_by_new * *moved.by_camera).transpose() * g;
+  }
 }
 
 // Moves the anchors of the remaining landmarks to the newest keyframe; uses all of S.
@@ -88,7 +107,9 @@ void hang_on_newest(const WindowRows& rows, Window& window, WindowSystem& system
       system.S.block<3, 3>(row, row) += alone.V;
       system.g.segment<3>(row) += alone.b;
     }
-    substitute(*moved, row, rows.keyframe(window.first), rows.keyframe(window.last()), system);
+    const int extrinsics = point.camera ? rows.calibration + extrinsics_row(window, point) : 0;
+    substitute(*moved, row, rows.keyframe(window.first), rows.keyframe(window.last()), extrinsics,
+               system);
     point.anchor = window.last();
     point.parameters = moved->parameters;
     point.stale = true;

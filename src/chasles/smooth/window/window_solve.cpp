@@ -28,6 +28,7 @@ void restore(const Numbers& numbers, Window& window) {
   window.calibration = numbers.calibration;
   auto parameters = numbers.points.begin();
   for (auto& [number, point] : window.points) point.parameters = *parameters++;
+  update_axes(window);
   window.stale = true;
 }
 
@@ -44,6 +45,7 @@ void move_calibration(const WindowRows& rows, const Eigen::VectorXd& step, Windo
       for (int i = 0; i < block.errors; ++i) x[i] += by[i];
     }
   }
+  update_axes(window);
 }
 
 void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, Window& window) {
