@@ -85,7 +85,6 @@ TEST(RunBatch, TakesItsSettingsAndRejectsOthers) {
   };
   rejected("--set batch.loss=square", "huber");
   rejected("--set batch.max_iterations=0", "batch.max_iterations");
-  rejected("--set calibrate_extrinsics=true", "calibrate_extrinsics");
   rejected("--realtime", "--realtime");
   const Outcome unknown = chasles(folder, "run rec --estimator swarm");
   EXPECT_EQ(unknown.code, 1);

@@ -15,7 +15,16 @@
 namespace chasles {
 namespace {
 
-using namespace test;
+using test::after;
+using test::calibrating;
+using test::calibration_error;
+using test::drawn;
+using test::is_chi2;
+using test::Miscalibrated;
+using test::miscalibrated;
+using test::remove_samples;
+using test::shaken;
+using test::simulate_densely;
 
 TEST(BatchCalibrating, IsWrongByAsMuchAsItSaysAndAgreesWithTheFilter) {
   const InertialSlamSettings settings = calibrating();

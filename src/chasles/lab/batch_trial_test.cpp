@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <chasles/base/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
@@ -98,12 +97,18 @@ TEST(BatchTrial, FindsItsWayBackFromAFifthOff) {
   EXPECT_FALSE(far.stalled);
 }
 
-TEST(BatchTrial, CalibrationIsTheFiltersBusiness) {
+TEST(BatchTrial, TheCalibrationOfTheSettingsIsEstimated) {
   const Recording recording = simulate_inertial(quick_turntable(), 0);
   InertialSlamSettings settings;
   const InertialStart start = draw_start(recording, settings, 1, 0);
+  EXPECT_FALSE(batch_input(recording, settings, start).calibration);
   settings.calibrate_extrinsics = Calibrate::kTrue;
-  EXPECT_THROW(batch_input(recording, settings, start), UsageError);
+  settings.calibrate_intrinsics = Calibrate::kConsidered;
+  const InertialBatchInput input = batch_input(recording, settings, start);
+  ASSERT_TRUE(input.calibration);
+  EXPECT_EQ(input.calibration->imu_T_camera.size(), recording.cameras.size());
+  ASSERT_FALSE(input.considered.empty());
+  EXPECT_EQ(input.considered.front(), 6 * static_cast<int>(recording.cameras.size()));
 }
 
 }  // namespace

@@ -339,8 +339,8 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
   };
   const InertialSensors imu = inertial_sensors(hallway());
   InertialRunSettings wrong = inertial("window:5");
-  wrong.filter.calibrate_time_offset = Calibrate::kTrue;
-  rejected("calibrate_time_offset", wrong, imu);
+  wrong.filter.calibrate_extrinsics = Calibrate::kConsidered;
+  rejected("calibrate_extrinsics: found considered", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
   rejected("window of 1 keyframes", wrong, imu);

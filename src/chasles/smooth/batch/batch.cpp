@@ -109,20 +109,20 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   assess(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - started;
+  const double factor = settings.covariance_factor ? *settings.covariance_factor
+                                                   : walk_of(*problem, graph).covariance_factor();
   if (input.considered.empty()) {
-    add_estimates(*problem, input, graph, result, stop);
+    add_estimates(*problem, input, graph, factor, result, stop);
   } else {
     BatchProblem free(input, chart, settings, graph, kLeastDepth, BatchProblem::Considered::kFree);
-    add_estimates(free, input, graph, result, stop);
+    add_estimates(free, input, graph, factor, result, stop);
   }
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
-  widen(settings.covariance_factor ? *settings.covariance_factor
-                                   : walk_of(*problem, graph).covariance_factor(),
-        input, graph, result);
+  widen(factor, input, graph, result);
   result.terms.push_back(
       std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;

@@ -148,6 +148,23 @@ TEST(BatchCalibration, WideErrorsOfTracksDoNotWidenThePrior) {
   EXPECT_LT(most.cwiseQuotient(prior).maxCoeff(), 1 + 1e-6);
 }
 
+// Nor what considered errors add.
+TEST(BatchCalibration, WideErrorsOfTracksDoNotWidenWhatIsConsidered) {
+  CalibrationScene scene = calibration_scene({.frames = 10, .seed = 5}, 0.02);
+  BatchSettings settings = without_outliers();
+  const auto last = [&] { return smooth(scene.input, "right-sen3", settings).estimates.back(); };
+  scene.consider_all();
+  const Estimate narrow = last();
+  settings.covariance_factor = 9;
+  const Estimate wide = last();
+  scene.input.calibration.reset();
+  scene.input.considered.clear();
+  const Estimate known = last();
+  EXPECT_TRUE(wide.calibration->covariance.isApprox(narrow.calibration->covariance, 1e-9));
+  const Eigen::MatrixXd added = narrow.covariance - known.covariance / 9;
+  EXPECT_LT(covariance_difference(wide.covariance, known.covariance + added), 1e-3);
+}
+
 TEST(BatchCalibration, ThatDoesNotFitIsAnError) {
   const CalibrationScene scene = calibration_scene({.frames = 6, .seed = 5}, 0);
   const auto message = [&](const auto& change) -> std::string {

@@ -59,8 +59,8 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const ErrorCovarianc
 }
 
 ConsideredErrors considered_of(const ProblemBlocks& problem, const InertialBatchInput& input,
-                               const BatchGraph& graph) {
-  ConsideredErrors considered;
+                               const BatchGraph& graph, double share) {
+  ConsideredErrors considered{.share = share};
   if (input.considered.empty()) return considered;
   for (const int row : input.considered) {
     considered.rows.push_back(problem.calibration_row() + row);
@@ -72,15 +72,16 @@ ConsideredErrors considered_of(const ProblemBlocks& problem, const InertialBatch
 }  // namespace
 
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
-                   InertialBatchResult& result, const StopRequest& stop) {
+                   double factor, InertialBatchResult& result, const StopRequest& stop) {
   NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
-  const ErrorCovariance errors(std::move(equations), considered_of(problem, input, graph), stop);
+  const ErrorCovariance errors(std::move(equations),
+                               considered_of(problem, input, graph, 1 / factor), stop);
   assess_end(errors.squared_distance(), result.report);
   std::optional<Calibration> calibration = graph.calibration;
   if (calibration) {
     calibration->covariance =
-        errors.block(range(problem.calibration_row(), problem.sizes().calibration.errors()));
+        errors.block(range(problem.calibration_row(), problem.sizes().calibration.errors()), 1);
   }
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];

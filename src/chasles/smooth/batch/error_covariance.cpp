@@ -46,7 +46,7 @@ ErrorCovariance::ErrorCovariance(NormalEquations equations, ConsideredErrors con
   squared_distance_ = equations.gradient.dot(inverse_.times(equations.gradient));
 }
 
-Eigen::MatrixXd ErrorCovariance::block(const std::vector<int>& rows) const {
+Eigen::MatrixXd ErrorCovariance::block(const std::vector<int>& rows, double share) const {
   Eigen::MatrixXd P = inverse_.block(rows);
   if (considered_.rows.empty()) return P;
   Eigen::MatrixXd S(std::ssize(rows), by_considered_.cols());
@@ -57,7 +57,7 @@ Eigen::MatrixXd ErrorCovariance::block(const std::vector<int>& rows) const {
     P.row(i).setZero();
     P.col(i).setZero();
   }
-  return P + S * considered_.covariance * S.transpose();
+  return P + share * S * considered_.covariance * S.transpose();
 }
 
 }  // namespace chasles::smooth_detail

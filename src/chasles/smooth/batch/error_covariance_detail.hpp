@@ -8,10 +8,13 @@
 /// Private to this folder.
 namespace chasles::smooth_detail {
 
-/// Rows of a problem's errors that its search holds, and the covariance of these errors.
+/// Rows of a problem's errors that its search holds, and the covariance of these errors. `share`:
+/// of it, for what depends on them: a covariance that is multiplied by a factor afterwards needs
+/// the inverse of that.
 struct ConsideredErrors {
   std::vector<int> rows = {};
   Eigen::MatrixXd covariance = {};
+  double share = 1;
 };
 
 /// The covariance of the errors of a problem at its minimum. Errors that are considered add what
@@ -24,7 +27,10 @@ class ErrorCovariance {
                   const std::function<bool()>& stop);
 
   /// Of these rows. They must be among those of a residual.
-  Eigen::MatrixXd block(const std::vector<int>& rows) const;
+  Eigen::MatrixXd block(const std::vector<int>& rows) const {
+    return block(rows, considered_.share);
+  }
+  Eigen::MatrixXd block(const std::vector<int>& rows, double share) const;
   /// g^T H^-1 g of the gradient and the normal matrix, but for considered errors.
   double squared_distance() const { return squared_distance_; }
 
