@@ -1,6 +1,7 @@
 #include <charconv>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
@@ -24,6 +25,15 @@ void check_window(const InertialSlamSettings& settings) {
   check("calibrate_extrinsics", settings.calibrate_extrinsics);
   check("calibrate_intrinsics", settings.calibrate_intrinsics);
   check("calibrate_readout", settings.calibrate_readout);
+  check("calibrate_time_offset", settings.calibrate_time_offset);
+}
+
+void check_smoothing(const InertialSlamSettings& settings) {
+  if (!settings.has_imu()) return;
+  throw UsageError(
+      "calibrate_imu: found " + setting_text(settings.calibrate_imu) +
+      ", expected false with batch or window, which take the IMU as calibrated; run the filter "
+      "first, and use the calibration that it estimates");
 }
 
 }  // namespace
@@ -57,6 +67,7 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.batch);
   check_keyframes(settings.estimator);
   if (settings.estimator.is_window()) check_window(settings.filter);
+  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
 }
 
 void validate(const VelocityRunSettings& settings) {

@@ -341,6 +341,9 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
   InertialRunSettings wrong = inertial("window:5");
   wrong.filter.calibrate_extrinsics = Calibrate::kConsidered;
   rejected("calibrate_extrinsics: found considered", wrong, imu);
+  wrong = inertial("batch");
+  wrong.filter.calibrate_imu = Calibrate::kTrue;
+  rejected("calibrate_imu: found true", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
   rejected("window of 1 keyframes", wrong, imu);

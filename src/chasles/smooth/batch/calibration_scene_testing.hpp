@@ -78,7 +78,7 @@ inline CalibrationScene calibration_scene(const SmallFlight& flight, double read
   InertialSlamSettings settings;
   settings.calibrate_extrinsics = settings.calibrate_intrinsics = settings.calibrate_readout =
       Calibrate::kTrue;
-  settings.calibrate_time_offset = Toggle::kTrue;
+  settings.calibrate_time_offset = Calibrate::kTrue;
   settings.initial_extrinsic_rotation_sigma = settings.initial_extrinsic_translation_sigma = 0.005;
   settings.initial_time_offset_sigma = 0.002;
   in.calibration = stated_calibration(settings, in.cameras);
