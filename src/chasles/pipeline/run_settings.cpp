@@ -1,6 +1,7 @@
 #include <charconv>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/validate.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
@@ -27,11 +28,12 @@ void check_window(const InertialSlamSettings& settings) {
   check("calibrate_time_offset", settings.calibrate_time_offset);
 }
 
-void check_smoother(const InertialSlamSettings& settings) {
+void check_smoothing(const InertialSlamSettings& settings) {
   if (!settings.has_imu()) return;
-  throw UsageError("calibrate_imu: found " + std::string(name_of(settings.calibrate_imu)) +
-                   ", expected false with batch and window; the filter estimates the IMU's "
-                   "parameters, and a calibration may state them (docs/formats.md)");
+  throw UsageError(
+      "calibrate_imu: found " + setting_text(settings.calibrate_imu) +
+      ", expected false with batch or window, which take the IMU as calibrated; run the filter "
+      "first, and use the calibration that it estimates");
 }
 
 }  // namespace
@@ -65,7 +67,7 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.batch);
   check_keyframes(settings.estimator);
   if (settings.estimator.is_window()) check_window(settings.filter);
-  if (!settings.estimator.is_filter()) check_smoother(settings.filter);
+  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
 }
 
 void validate(const VelocityRunSettings& settings) {

@@ -183,6 +183,8 @@ TEST(BatchCalibration, ThatDoesNotFitIsAnError) {
             std::string::npos);
   EXPECT_NE(message([](auto& in) { in.calibration->covariance.resize(3, 3); }).find("of 3 rows"),
             std::string::npos);
+  EXPECT_NE(message([](auto& in) { in.calibration->imu.emplace(); }).find("IMU as calibrated"),
+            std::string::npos);
   EXPECT_NE(message([](auto& in) { in.considered = {99}; }).find("row 99"), std::string::npos);
   EXPECT_NE(message([](auto& in) {
               in.calibration->covariance(0, 0) = -1;

@@ -118,6 +118,9 @@ void check_calibration(const InertialBatchInput& input) {
         std::to_string(c.covariance.rows()) + " rows, expected those of " +
         std::to_string(cameras) + " cameras or none, and " + std::to_string(rows) + " rows");
   }
+  if (c.imu) {
+    throw UsageError("batch estimation takes the IMU as calibrated: found parameters of it");
+  }
   for (const int row : input.considered) {
     if (row >= 0 && row < rows) continue;
     throw UsageError("batch estimation of a calibration: found a considered row " +
