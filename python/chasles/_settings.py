@@ -209,8 +209,9 @@ class FilterSettings(TypedDict, total=False):
     axis points up; default false"""
     composition_interval: float
     """interval at which the world is moved to the IMU (needs nav_attitude); 0: never [s]; default 0"""
-    first_estimates: bool
-    """first-estimates Jacobians (for the chart standard); default false"""
+    first_estimates: Literal['auto', 'true', 'false']
+    """first-estimates Jacobians (for the chart standard); auto: where extrinsics, intrinsics or a readout are
+    estimated; default auto"""
     first_order_transition: bool
     """the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not with right-sen3);
     false: by the exact transition; default false"""

@@ -346,7 +346,7 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
   rejected("calibrate_time_offset: found considered", wrong, imu);
   wrong = inertial("batch");
   wrong.filter.calibrate_imu = Calibrate::kTrue;
-  rejected("calibrate_imu: found true, expected false with batch or window", wrong, imu);
+  rejected("calibrate_imu: found 'true', expected false with batch or window", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
   rejected("window of 1 keyframes", wrong, imu);
