@@ -100,6 +100,9 @@ TEST(RunWithARollingShutter, MayTakeItForAGlobalOne) {
     return Json::parse(run.out).at("ate_posyaw_m").get<double>();
   };
   EXPECT_GT(ate("--set readout_time=0"), 2 * ate(""));
+  const Outcome global =
+      chasles(folder, "run rec --json --quiet --set readout_time=0 --set calibrate_readout=true");
+  EXPECT_NE(global.out.find("calibrate_readout has no effect"), std::string::npos) << global.err;
   const Outcome far = chasles(folder, "run rec --quiet --set readout_time=20");
   EXPECT_EQ(far.code, 1);
   EXPECT_NE(far.err.find("readout_time"), std::string::npos) << far.err;

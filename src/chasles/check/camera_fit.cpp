@@ -153,17 +153,16 @@ void explain_by_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
 
 // The fit of the lens has local minima at other rotations, and a gyroscope fit of points in a plane
 // may begin at one: it begins at the stated rotation as well.
-std::optional<LensFit> lens_of(const std::vector<SeenTwice>& seen,
-                               const std::vector<StampedRate>& rates, const GyroscopeFit& start,
-                               const Camera& camera) {
-  auto lens = fit_lens(seen, rates, start);
-  if (start.mirrored || is_another_unit(start)) return lens;
-  GyroscopeFit as_stated = start;
+void fit_from_stated_rotation(const std::vector<SeenTwice>& seen,
+                              const std::vector<StampedRate>& rates, const Camera& camera,
+                              CameraFit& fit) {
+  if (!fit.stated || fit.stated->mirrored || is_another_unit(*fit.stated)) return;
+  GyroscopeFit as_stated = *fit.stated;
   as_stated.cam_R_imu = camera.cam_T_imu.R;
   as_stated.gain = 1;
   as_stated.bias_cam.setZero();
   const auto other = fit_lens(seen, rates, as_stated);
-  return other && (!lens || other->cost < lens->cost) ? other : lens;
+  if (other && (!fit.lens || other->cost < fit.lens->cost)) fit.lens = other;
 }
 
 // Points in a plane leave two rotations of an image, of which the one nearer to the start is found;
@@ -180,6 +179,13 @@ void refit_from_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
   const auto again =
       fit_gyroscope_from(start, lens.is_rolling() ? unrolled(seen, rates, lens) : seen, rates);
   if (again && again->gain_sigma < fit.stated->gain_sigma) fit.stated = again;
+}
+
+// Whether the stated calibration leaves nothing to explain, with a rotation that is well known.
+bool is_settled(const CameraFit& fit, const Camera& camera) {
+  return fit.stated && fit.lens && !fit.lens->is_rolling() &&
+         rotation_agrees(*fit.stated, camera) && fit.stated->rotation_sigma < kTurnedAway &&
+         std::abs(fit.stated->gain - 1) < kOtherScale && fit.stated->gain_sigma < kMostGainSigma;
 }
 
 // Signs of the axes of which one is a mirror image.
@@ -222,8 +228,11 @@ std::optional<CameraFit> fit_camera(const std::vector<FeatureFrame>& frames,
   const Camera& stated = cameras[static_cast<std::size_t>(camera)];
   const auto seen = seen_twice(frames, cameras, camera);
   CameraFit fit{.stated = fit_gyroscope(seen, rates), .shutter = stated.shutter};
-  if (fit.stated) fit.lens = lens_of(seen, rates, *fit.stated, stated);
-  refit_from_lens(seen, rates, fit);
+  if (fit.stated) fit.lens = fit_lens(seen, rates, *fit.stated);
+  if (!is_settled(fit, stated)) {
+    fit_from_stated_rotation(seen, rates, stated, fit);
+    refit_from_lens(seen, rates, fit);
+  }
   fit.gyroscope = fit.stated;
   if (!is_suspicious(fit, stated) || explain_by_signs(seen, rates, stated, fit)) return fit;
   auto best = LensSearch(frames, cameras, camera, rates, fit.stated).best();

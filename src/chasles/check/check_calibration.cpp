@@ -193,8 +193,8 @@ Finding rotation_finding(const CameraFit& of_camera, const Camera& camera, doubl
                          ? fmt::format(
                                "the IMU's samples, or the extrinsics, have other axes: where "
                                "the extrinsics state x, y, z of the IMU, its samples have {} "
-                               "(camera: x right, y down, z forward); a run of images takes the "
-                               "axes of the samples",
+                               "(camera: x right, y down, z forward); a run of images turns the "
+                               "samples",
                                axes->turned())
                      : off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
                                            : "calibrate the camera against the IMU again";

@@ -19,6 +19,8 @@ struct OtherAxes {
   Eigen::Vector3d signs = Eigen::Vector3d::Ones();
   /// From the stated axes of the IMU to those of its samples: a rotation by quarter turns.
   Eigen::Matrix3d imu_R_stated = Eigen::Matrix3d::Identity();
+  double rest = 0;            ///< what the turn leaves of the camera's rotation against it [rad]
+  bool of_gyroscope = false;  ///< of its samples alone: those of the accelerometer are as stated
 
   bool has_signs() const { return signs.minCoeff() < 0; }
   bool has_turn() const { return !imu_R_stated.isIdentity(); }
@@ -34,8 +36,12 @@ struct OtherAxes {
 /// from each turn onto other axes.
 std::optional<OtherAxes> other_axes(const CameraFit& fit, const Camera& camera);
 
-/// The samples with the signs of the gyroscope undone, and the cameras with the axes of the
-/// samples: the position of the IMU in each of them stays.
-void take_axes(const OtherAxes& axes, std::vector<ImuSample>& imu, std::vector<Camera>& cameras);
+/// The axes with which gyroscope and accelerometer agree: along the path, gravity keeps its
+/// direction. A turn is that of both, or of the gyroscope alone; signs are the gyroscope's. Nothing
+/// where they do not agree either way.
+std::optional<OtherAxes> agreeing_with_gravity(OtherAxes axes, const std::vector<ImuSample>& imu);
+
+/// The samples in the stated axes.
+void take_axes(const OtherAxes& axes, std::vector<ImuSample>& imu);
 
 }  // namespace chasles

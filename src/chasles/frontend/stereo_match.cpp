@@ -59,6 +59,7 @@ class BestTwo {
 // Of the patch of the query, around a pixel of the other camera.
 Bow bow_at(const StereoViews& views, const Eigen::Vector2d& other_pixel,
            const StereoMatchSettings& settings) {
+  if (!views.bends) return Bow::Zero();
   return transfer_bow(views.first, views.other, views.other_T_first.R, other_pixel,
                       settings.follow.window / 2);
 }

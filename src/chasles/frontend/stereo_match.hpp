@@ -17,6 +17,7 @@ struct StereoViews {
   const Camera& other;
   const ImagePyramid& other_image;
   SE3 other_T_first;  ///< of the cameras
+  bool bends;         ///< they look into different directions: patches need transfer_bow()
 
   StereoViews(const Camera& first_camera, const ImagePyramid& first_pyramid,
               const Camera& other_camera, const ImagePyramid& other_pyramid)
@@ -24,7 +25,11 @@ struct StereoViews {
         first_image(first_pyramid),
         other(other_camera),
         other_image(other_pyramid),
-        other_T_first(other_camera.cam_T_imu * first_camera.cam_T_imu.inverse()) {}
+        other_T_first(other_camera.cam_T_imu * first_camera.cam_T_imu.inverse()),
+        bends(other_T_first.R(2, 2) < kAlike) {}
+
+  /// Cosine of 11 degrees. With less the bow of a patch is below 0.05 px.
+  static constexpr double kAlike = 0.98;
 };
 
 struct StereoMatchSettings {

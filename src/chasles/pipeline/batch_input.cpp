@@ -81,9 +81,16 @@ InertialStart start_at(const Estimate& e) {
 }
 
 void begin_at(const Calibration& calibration, const std::vector<Camera>& cameras,
-              InertialBatchInput& input) {
+              const Estimate& first, InertialBatchInput& input) {
   input.cameras = calibrated(cameras, calibration);
-  if (calibration.time_offset) input.time_offset = from_seconds(*calibration.time_offset);
+  if (!calibration.time_offset) return;
+  const Time stated = input.time_offset;
+  input.time_offset = from_seconds(*calibration.time_offset);
+  const bool has_own = first.calibration && first.calibration->time_offset;
+  const Time later =
+      input.time_offset - (has_own ? from_seconds(*first.calibration->time_offset) : stated);
+  input.start.time += later;
+  input.start.nav_T_imu.p += to_seconds(later) * input.start.v_nav;
 }
 
 TimedMotion timed_motion(const Estimate& e, Time time_offset) {

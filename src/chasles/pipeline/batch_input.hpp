@@ -27,9 +27,11 @@ Place take_place(InertialBatchInput& input);
 void add_place(const Place& place, Estimate& estimate);
 void add_place(const Place& place, MapLandmark& landmark);
 
-/// Lets the search begin at this calibration, which replaces that of `cameras`, as stated.
+/// Lets the search begin at this calibration, which replaces that of `cameras`, as stated. The
+/// start is that of an image, at the estimate `first`, and moves with it by the change of the time
+/// offset.
 void begin_at(const Calibration& calibration, const std::vector<Camera>& cameras,
-              InertialBatchInput& input);
+              const Estimate& first, InertialBatchInput& input);
 
 /// A filter's estimate as an initial state of batch estimation with that time offset: a filter that
 /// estimates the offset has its estimates at other times.

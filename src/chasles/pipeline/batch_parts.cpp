@@ -77,7 +77,7 @@ InertialBatchInput part_input(const InertialSensors& sensors, const InertialRunS
                               const std::optional<Calibration>& known, BatchMaterial& part) {
   InertialBatchInput input =
       batch_input(sensors, settings.filter, start_at(part.estimates.front()));
-  if (initial) begin_at(*initial, sensors.cameras, input);
+  if (initial) begin_at(*initial, sensors.cameras, part.estimates.front(), input);
   if (known) input.calibration = known;
   for (const Estimate& e : part.estimates) {
     input.initial.push_back(timed_motion(e, input.time_offset));

@@ -297,7 +297,7 @@ class InertialWindowEstimator : public InertialEstimator {
     InertialBatchInput input = batch_input(sensors_, settings_.filter, start);
     if (last_) place_ = take_place(input);
     if (last_ && last_->calibration) {
-      begin_at(*last_->calibration, sensors_.cameras, input);
+      begin_at(*last_->calibration, sensors_.cameras, first, input);
       input.calibration = last_->calibration;
     }
     window_.emplace(input, settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/pipeline/liveliest_part.hpp>
@@ -36,19 +37,34 @@ std::string readout_remark(const Measured& readout, bool is_estimated) {
       is_estimated ? "estimates it from there" : "takes it as stated");
 }
 
-std::string axes_remark(const OtherAxes& axes) {
-  if (axes.has_signs()) {
-    const bool all = axes.signs.maxCoeff() < 0;
+std::string what_axes(const OtherAxes& axes) {
+  if (!axes.has_signs()) {
     return fmt::format(
-        "the gyroscope{} has the wrong sign, by the rotation of the tracks: the run changes it "
-        "(--as-recorded takes the samples as they are)",
-        all ? "" : "'s " + axes.mirrored());
+        "{} samples have other axes than the extrinsics state: {} where these have x, y, z",
+        axes.of_gyroscope ? "the gyroscope's" : "the IMU's", axes.turned());
   }
+  const bool all = axes.signs.maxCoeff() < 0;
+  return fmt::format("the gyroscope{} has the wrong sign", all ? "" : "'s " + axes.mirrored());
+}
+
+std::string axes_remark(const TracksEvidence& evidence) {
+  constexpr double kMuch = 2 * kRadians;
+  if (!evidence.taken) {
+    return fmt::format(
+        "{}, by the rotation of the tracks, but then the accelerometer's gravity would not keep "
+        "its "
+        "direction: the run takes the samples as they are; check the axes of both sensors",
+        what_axes(*evidence.axes));
+  }
+  const std::string rest =
+      evidence.taken->rest > kMuch
+          ? fmt::format("; {:.0f} deg are left: calibrate the camera against the IMU",
+                        evidence.taken->rest / kRadians)
+          : "";
   return fmt::format(
-      "the IMU's samples have other axes than the extrinsics state: {} where these have x, y, z, "
-      "by the rotation of the tracks; the run takes the axes of the samples, and its poses are of "
-      "these (--as-recorded takes the stated ones)",
-      axes.turned());
+      "{}, by the rotation of the tracks: the run changes it (--as-recorded takes the samples as "
+      "they are){}",
+      what_axes(*evidence.taken), rest);
 }
 
 std::string lens_remark(const LensGuess& mistake) {
@@ -91,7 +107,7 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
 }
 
 TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& cameras,
-                           const InertialRunSettings& settings) {
+                           const std::vector<ImuSample>& imu, const InertialRunSettings& settings) {
   TracksEvidence evidence{.clock = camera_clock(fit), .mistake = fit.mistake};
   const auto& given = settings.filter.readout_time;
   const bool open = !given && std::ranges::none_of(cameras, [](const Camera& camera) {
@@ -103,6 +119,7 @@ TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& came
       evidence.readout ? evidence.readout->value : given.value_or(fit.shutter.readout);
   if (evidence.clock) evidence.clock->offset += (fit.shutter.readout - std::abs(readout)) / 2;
   evidence.axes = other_axes(fit, cameras.front());
+  if (evidence.axes) evidence.taken = agreeing_with_gravity(*evidence.axes, imu);
   return evidence;
 }
 
@@ -116,7 +133,7 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   std::vector<Camera> cameras = recording.cameras;
   const auto fit = fit_camera(tracks, cameras, 0, rates);
   if (!fit) return {};
-  TracksEvidence evidence = evidence_of(*fit, cameras, settings);
+  TracksEvidence evidence = evidence_of(*fit, cameras, recording.imu, settings);
   if (!evidence.readout) return evidence;
   // A sensor reads out an image before it begins the next one.
   const double longest =
@@ -126,7 +143,7 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   // Lines that are taken for those of a global shutter look like another lens.
   set_readout(readout.value, cameras);
   if (const auto undone = fit_camera(tracks, cameras, 0, rates)) {
-    evidence = evidence_of(*undone, cameras, settings);
+    evidence = evidence_of(*undone, cameras, recording.imu, settings);
   }
   evidence.readout = readout;
   return evidence;
@@ -150,14 +167,14 @@ void start_from_measured(InertialRunSettings& settings, const TracksEvidence& ev
 
 void mend(Recording& recording, const InertialSlamSettings& settings,
           const TracksEvidence& evidence) {
-  if (evidence.axes) take_axes(*evidence.axes, recording.imu, recording.cameras);
+  if (evidence.taken) take_axes(*evidence.taken, recording.imu);
   if (settings.readout_time) set_readout(*settings.readout_time, recording.cameras);
 }
 
 std::vector<std::string> remarks_of(const TracksEvidence& evidence,
                                     const InertialRunSettings& settings) {
   std::vector<std::string> remarks;
-  if (evidence.axes) remarks.push_back(axes_remark(*evidence.axes));
+  if (evidence.axes) remarks.push_back(axes_remark(evidence));
   if (!settings.filter.time_offset && evidence.clock_stands_out()) {
     remarks.push_back(offset_remark(*evidence.clock));
   }

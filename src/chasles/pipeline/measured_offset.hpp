@@ -31,15 +31,16 @@ struct TracksEvidence {
   /// The readout of a rolling shutter of which the recording says nothing, from the first row to
   /// the last [s]; then the time offset is that of the first line.
   std::optional<Measured> readout = {};
-  std::optional<OtherAxes> axes = {};  ///< of the samples, if not the stated ones
+  /// Of the samples, if not the stated ones; a run takes those that agree with gravity.
+  std::optional<OtherAxes> axes = {}, taken = {};
 
   bool clock_stands_out() const { return clock && clock->stands_out(); }
   bool has_wrong_lens() const { return mistake.has_value(); }
 };
 
-/// What a fit of the first of the cameras means for a run with these settings.
+/// What a fit of the first of the cameras to these samples means for a run with these settings.
 TracksEvidence evidence_of(const CameraFit& fit, const std::vector<Camera>& cameras,
-                           const InertialRunSettings& settings);
+                           const std::vector<ImuSample>& imu, const InertialRunSettings& settings);
 
 /// Examines the first camera. Nothing without an IMU or cameras, nor for recorded tracks, unless
 /// the run estimates their time offset from `auto`. Throws as read_masks().
@@ -53,7 +54,7 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
 /// calibrate_readout is `auto` estimates it.
 void start_from_measured(InertialRunSettings& settings, const TracksEvidence& evidence);
 
-/// The recording as a run takes it: with the axes of its samples, and with readout_time.
+/// The recording as a run takes it: with its samples in the stated axes, and with readout_time.
 void mend(Recording& recording, const InertialSlamSettings& settings,
           const TracksEvidence& evidence);
 

@@ -216,7 +216,7 @@ RunResult run(const Recording& recording, const InertialRunSettings& settings,
   RunOptions of_all = options;
   of_all.wrong_lens = of_all.wrong_lens || evidence.has_wrong_lens();
   std::optional<Recording> mended;  // a copy only where something changes
-  if (evidence.axes || of_run.filter.readout_time) {
+  if (evidence.taken || of_run.filter.readout_time) {
     mended = recording;
     mend(*mended, of_run.filter, evidence);
   }

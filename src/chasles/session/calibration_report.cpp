@@ -227,10 +227,12 @@ std::vector<std::string> calibration_remarks(const Calibration& calibration,
                                              const InertialSlamSettings& settings) {
   std::vector<std::string> unobserved, far;
   for (const Parameter& p : parameters_of(calibration, cameras, settings)) {
-    if (p.is_considered || p.name == "time_offset") continue;
-    if (!p.is_observed()) unobserved.push_back(p.name);
+    const bool is_known = p.stated_sigma == 0;
+    if (p.is_considered || is_known || p.name == "time_offset") continue;
     if (std::abs(p.moved()) > Parameter::kFar) {
       far.push_back(fmt::format("{} ({:.1f} sigma)", p.name, p.moved()));
+    } else if (!p.is_observed()) {
+      unobserved.push_back(p.name);
     }
   }
   std::vector<std::string> remarks;

@@ -164,7 +164,8 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
   InertialRunSettings settings;
   const auto fit =
       images ? fit_camera(part.frames, part.cameras, 0, gyroscope_rates(part.imu)) : std::nullopt;
-  const auto evidence = fit ? evidence_of(*fit, part.cameras, settings) : TracksEvidence{};
+  const auto evidence =
+      fit ? evidence_of(*fit, part.cameras, part.imu, settings) : TracksEvidence{};
   start_from_measured(settings, evidence);
   mend(part, settings.filter, evidence);
   const TrialOutcome outcome = run_filter(part, images, settings);

@@ -100,6 +100,11 @@ std::unique_ptr<SharedMap> prior_map(const SessionOptions& o, const Recording& r
   return shared;
 }
 
+bool has_rolling_shutter(const Recording& recording) {
+  return std::ranges::any_of(recording.cameras,
+                             [](const Camera& camera) { return camera.shutter.is_rolling(); });
+}
+
 PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
                           Recording& recording, const StopRequest& stop) {
   // In real time nothing is known beforehand, as in a live run.
@@ -110,6 +115,11 @@ PreparedEstimator prepare(const SessionOptions& o, InertialRunSettings settings,
   std::ranges::move(remarks_of(evidence, settings), std::back_inserter(recording.remarks));
   start_from_measured(settings, evidence);
   mend(recording, settings.filter, evidence);
+  if (is_in_state(settings.filter.calibrate_readout) && !has_rolling_shutter(recording)) {
+    recording.remarks.push_back(
+        "calibrate_readout has no effect: no camera has a rolling shutter; readout_time, of the "
+        "calibration or as a setting, states one");
+  }
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);
@@ -151,6 +161,7 @@ void check_velocity(const SessionOptions& o) {
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
+  if (o.as_recorded) throw UsageError("--as-recorded is for a recording with an IMU");
 }
 
 void check_velocity(const SessionOptions& o, const VelocitySlamSettings& settings) {

@@ -9,7 +9,6 @@
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/batch_terms_detail.hpp>
-#include <chasles/smooth/batch/observability.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
 #include <chasles/smooth/terms/residual_walk.hpp>
 
@@ -117,8 +116,6 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
     BatchProblem free(input, chart, settings, graph, kLeastDepth, BatchProblem::Considered::kFree);
     add_estimates(free, input, graph, factor, result, stop);
   }
-  report.unobservable =
-      unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);

@@ -4,6 +4,7 @@
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/error_covariance_detail.hpp>
+#include <chasles/smooth/batch/observability.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -17,9 +18,9 @@ Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const Inertial
   return inverse(chart.motion_block(x));
 }
 
-Matrix15d motion_covariance(const ProblemBlocks& problem, const ErrorCovariance& errors,
-                            const BatchKeyframe& keyframe, std::size_t k) {
-  Matrix15d P = errors.block(range(problem.keyframe_row(k), 15));
+// In the reference chart; `P`: of the keyframe's rows.
+Matrix15d motion_covariance(const ProblemBlocks& problem, Matrix15d P,
+                            const BatchKeyframe& keyframe) {
   const Eigen::Matrix<double, 9, 9> T = to_reference(problem.chart(), keyframe.state);
   P.topRows<9>() = (T * P.topRows<9>()).eval();
   P.leftCols<9>() = (P.leftCols<9>() * T.transpose()).eval();
@@ -78,6 +79,11 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
   const ErrorCovariance errors(std::move(equations),
                                considered_of(problem, input, graph, 1 / factor), stop);
   assess_end(errors.squared_distance(), result.report);
+  // What considered errors add would hide what the measurements determine.
+  result.report.unobservable = unobservable_directions(
+      motion_covariance(problem, errors.block(range(problem.keyframe_row(0), 15), 0),
+                        graph.keyframes[0]),
+      graph.start_covariance);
   std::optional<Calibration> calibration = graph.calibration;
   if (calibration) {
     calibration->covariance =
@@ -90,7 +96,8 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
     e.world_T_imu = keyframe.state.world_T_imu;
     e.v_world = keyframe.state.v_world;
     e.additive = keyframe.state.biases();
-    e.covariance = motion_covariance(problem, errors, keyframe, k);
+    e.covariance =
+        motion_covariance(problem, errors.block(range(problem.keyframe_row(k), 15)), keyframe);
     e.calibration = calibration;
     e.observations = e.used = keyframe.observations;
     e.landmarks = result.report.landmarks;
