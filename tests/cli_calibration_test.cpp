@@ -91,6 +91,40 @@ TEST(RunWithACalibrationInItsState, IsNotConsideredByAWindow) {
       << run.err;
 }
 
+// The search begins with the filter's last offset, and so do the start and all frames.
+TEST(RunWithACalibrationInItsState, ABatchOfAMovedClockHasTheFramesOfTheFilter) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=8 -o rec --quiet").code, 0);
+  for (const char* offset : {"0.003", "-0.003"}) {
+    std::vector<std::size_t> frames;
+    for (const char* estimator : {"filter", "batch"}) {
+      const Outcome run =
+          chasles(folder, std::string("run rec --quiet -o out --estimator ") + estimator +
+                              " --set calibrate_time_offset=true "
+                              "--set time_offset=" +
+                              offset);
+      ASSERT_EQ(run.code, 0) << run.err;
+      frames.push_back(read_run(folder / "out").states.size());
+    }
+    EXPECT_EQ(frames[0], frames[1]) << offset;
+  }
+}
+
+TEST(RunWithACalibrationInItsState, WhatIsKnownOrConsideredHidesNothing) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=8 -o rec --quiet").code, 0);
+  const Outcome considered = chasles(
+      folder, "run rec --estimator batch --json --quiet --set calibrate_extrinsics=considered");
+  ASSERT_EQ(considered.code, 0) << considered.err;
+  EXPECT_EQ(considered.out.find("neither pixels nor IMU determine"), std::string::npos);
+  const Outcome known = chasles(folder,
+                                "run rec --estimator batch --json --quiet --set "
+                                "calibrate_extrinsics=true --set "
+                                "initial_extrinsic_translation_sigma=0");
+  ASSERT_EQ(known.code, 0) << known.err;
+  EXPECT_EQ(known.out.find("inf sigma"), std::string::npos);
+}
+
 TEST(RunWithARollingShutter, MayTakeItForAGlobalOne) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, kRolling).code, 0);
