@@ -182,7 +182,7 @@ void refit_from_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
 }
 
 // Whether the stated calibration leaves nothing to explain, with a rotation that is well known.
-bool is_settled(const CameraFit& fit, const Camera& camera) {
+bool agrees_as_stated(const CameraFit& fit, const Camera& camera) {
   return fit.stated && fit.lens && !fit.lens->is_rolling() &&
          rotation_agrees(*fit.stated, camera) && fit.stated->rotation_sigma < kTurnedAway &&
          std::abs(fit.stated->gain - 1) < kOtherScale && fit.stated->gain_sigma < kMostGainSigma;
@@ -229,7 +229,7 @@ std::optional<CameraFit> fit_camera(const std::vector<FeatureFrame>& frames,
   const auto seen = seen_twice(frames, cameras, camera);
   CameraFit fit{.stated = fit_gyroscope(seen, rates), .shutter = stated.shutter};
   if (fit.stated) fit.lens = fit_lens(seen, rates, *fit.stated);
-  if (!is_settled(fit, stated)) {
+  if (!agrees_as_stated(fit, stated)) {
     fit_from_stated_rotation(seen, rates, stated, fit);
     refit_from_lens(seen, rates, fit);
   }
