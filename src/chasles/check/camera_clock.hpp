@@ -26,8 +26,8 @@ struct CameraClock {
 };
 
 /// The offset of a fit; sigma is at least kLeastSigma. Nothing where the fit does not determine it:
-/// where it does not agree, with a sigma above 3 ms, an offset at the end of the
-/// range of the search, a mirror image, or a gain outside of 0.5 to 2.
+/// where it does not agree, with a sigma above 3 ms, an offset at the end of the range of the
+/// search, a mirror image, or a gain outside of 0.5 to 2.
 std::optional<CameraClock> camera_clock(const CameraFit& fit);
 
 /// The same from the tracks of the first camera. Nothing without cameras, or where

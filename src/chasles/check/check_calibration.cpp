@@ -165,7 +165,7 @@ void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckR
        .unit = "axes",
        .advice = fmt::format("change the sign of {} in the samples: angular rates are positive "
                              "anticlockwise, seen from the tip of the axis; a run of images "
-                             "changes it too",
+                             "changes it too, if gravity then keeps its direction",
                              all ? "the gyroscope" : fmt::format("the gyroscope's {}", axes))});
 }
 
@@ -194,7 +194,7 @@ Finding rotation_finding(const CameraFit& of_camera, const Camera& camera, doubl
                                "the IMU's samples, or the extrinsics, have other axes: where "
                                "the extrinsics state x, y, z of the IMU, its samples have {} "
                                "(camera: x right, y down, z forward); a run of images turns the "
-                               "samples",
+                               "samples, if gravity then keeps its direction",
                                axes->turned())
                      : off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
                                            : "calibrate the camera against the IMU again";

@@ -21,7 +21,7 @@ void append(std::string& list, std::string_view sign, Eigen::Index axis) {
 
 constexpr double kMean = 1, kBlock = 10;  // of forces; over which the gyroscope is integrated [s]
 constexpr double kMostScatter = 0.25;     // of the means, over gravity
-constexpr double kClearly = 0.9;
+constexpr double kClearly = 0.9;          // less than where both are turned, which is more common
 
 // The scatter of the specific force in axes that the gyroscope keeps, over gravity: root mean
 // square of the means of a second about those of ten. `rates`: applied to the angular rates.
@@ -41,6 +41,7 @@ double scatter_of_gravity(const std::vector<ImuSample>& imu, const Eigen::Matrix
         sum.setZero();
         samples = 0;
       }
+      if (!imu[i].specific_force_imu.allFinite() || !imu[i].angular_rate_imu.allFinite()) continue;
       sum += start_R_imu * imu[i].specific_force_imu;
       ++samples;
       if (i + 1 == imu.size()) continue;
