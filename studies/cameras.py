@@ -8,7 +8,7 @@ wide         rendered walks and flights, 10 seeds of each: fisheyes and rigs. An
 calibration  simulated walks, 100 runs, with a wrong calibration that is known, estimated or considered.
 imu          simulated walks, 20 runs, with a wrong IMU that is known, estimated or considered; and recordings of EuRoC.
 real         the recordings of EuRoC and KITTI with the published calibration known, estimated or considered.
-smoothed     the same two with batch and window: 10 of the walks, and the recordings of EuRoC.
+smoothed     calibration, imu and real with batch and window: 10 of the walks, and the recordings of EuRoC.
 
 Without a name it makes all. Needs NumPy."""
 
@@ -252,7 +252,8 @@ def group_of(name: str) -> str:
     return next(group for part, group in GROUPS.items() if part in name)
 
 
-SMOOTHERS = {"batch": ("exact", "known", "considered", "estimated"), "window:20": ("exact", "known", "estimated")}
+WAYS = "exact", "known", "considered", "estimated"
+SMOOTHERS = "batch", "window:20"
 
 
 def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str, float]]]:
@@ -262,8 +263,8 @@ def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str,
     wrong = Wrong(recording, seed)
     clock = sets(f"time_offset={wrong.clock}")
     errors = {}
-    for name, ways in SMOOTHERS.items():
-        for way in ways[1:]:
+    for name in SMOOTHERS:
+        for way in WAYS[1:]:
             value = {"known": "false", "considered": "considered", "estimated": "true"}[way]
             runs[f"{name}, {way}"] = run(recording, f"{way}-{name[0]}", "--estimator", name, *clock, *EXPECTED,
                                          *(calibrate(value) if way != "known" else []))
@@ -284,7 +285,7 @@ def smoothed() -> str:
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
         done = list(pool.map(smoothed_run, SEEDS))
     rows = [[f"{name}, {way}", *scores([runs[f"{name}, {way}"] for runs, _ in done])]
-            for name, ways in SMOOTHERS.items() for way in ways]
+            for name in SMOOTHERS for way in WAYS]
     groups = {name: grouped(errors[name] for _, errors in done) for name in SMOOTHERS}
     squares = [[group, *(number(statistics.mean(e * e for e in of_name[group]), 2) for of_name in groups.values())]
                for group in groups["batch"]]
@@ -303,7 +304,22 @@ def smoothed() -> str:
     return "\n\n".join([
         pages.table(["calibration", "ATE m", "NEES pose / 6", "lost"], rows),
         pages.table(["estimated", *(f"{name}, NEES / 1" for name in SMOOTHERS)], squares),
-        pages.table(["recording", "estimator", "ATE m, known", "NEES / 6", "estimated", "NEES / 6"], recordings)])
+        pages.table(["recording", "estimator", "ATE m, known", "NEES / 6", "estimated", "NEES / 6"], recordings),
+        pages.table(["IMU", "ATE m", "NEES pose / 6", "lost", *IMU_GROUPS.values()], smoothed_imu())])
+
+
+def smoothed_imu() -> list[list[str]]:
+    """A row for each estimator and way: the scores, and the mean squares of the estimated parameters' errors over their
+    sigmas."""
+    rows = []
+    for name in SMOOTHERS:
+        with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+            done = list(pool.map(lambda seed: of_imu(seed, False, 1, name), SEEDS))
+        for way in WAYS:
+            squares = [number(statistics.mean(e * e for _, of_names in done for key, (e, _) in of_names.items()
+                                              if part in key), 2) if way == "estimated" else "-" for part in IMU_GROUPS]
+            rows.append([f"{name}, {way}", *scores([runs[way] for runs, _ in done]), *squares])
+    return rows
 
 
 def calibration() -> str:
@@ -356,17 +372,19 @@ class WrongImu:
         table.write_text("\n".join([header, *rows, ""]))
 
 
-def of_imu(seed: int, scale_alone: bool, cameras: int) -> tuple[dict[str, Json | None], dict[str, tuple[float, bool]]]:
+def of_imu(seed: int, scale_alone: bool, cameras: int, estimator: str = "filter"
+           ) -> tuple[dict[str, Json | None], dict[str, tuple[float, bool]]]:
     """The summaries of runs with an exact IMU and a wrong one; the estimated parameters' errors over their sigmas,
     and whether the motion observed them."""
-    recording = OUT / f"imu-{seed}-{'scales' if scale_alone else 'all'}-{cameras}"
+    recording = OUT / f"imu-{seed}-{'scales' if scale_alone else 'all'}-{cameras}-{estimator[0]}"
+    by = "--estimator", estimator
     shutil.rmtree(recording, ignore_errors=True)
     settings: Json = {"walk_duration": 30, "seed": seed, "cameras": cameras}
     chasles("simulate", "walk", *sets(*assignments(settings)), "--run", seed, "--quiet", "-o", recording)
-    runs = {"exact": run(recording, "exact")}
+    runs = {"exact": run(recording, "exact", *by)}
     wrong = WrongImu(recording, seed, scale_alone)
     for name, value in (("known", "false"), ("considered", "considered"), ("estimated", "true")):
-        runs[name] = run(recording, name, *sets(f"calibrate_imu={value}"), *SCALE_ALONE * scale_alone)
+        runs[name] = run(recording, name, *by, *sets(f"calibrate_imu={value}"), *SCALE_ALONE * scale_alone)
     shutil.rmtree(recording)
     estimated = runs["estimated"]
     table = estimated["calibration"]["parameters"] if estimated else []

@@ -82,6 +82,11 @@ ImuCorrection::Parameters ImuCorrection::parameters() const {
   return result;
 }
 
+void ImuCorrection::set(const Eigen::Ref<const Eigen::VectorXd>& parameters) {
+  for_each_entry(*this,
+                 [&](int row, const Entry& entry) { value(*this, entry) = parameters[row]; });
+}
+
 void ImuCorrection::add(const Eigen::Ref<const Eigen::VectorXd>& errors) {
   for_each_entry(*this, [&](int row, const Entry& entry) { value(*this, entry) += errors[row]; });
 }

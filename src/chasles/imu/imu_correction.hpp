@@ -39,6 +39,8 @@ struct ImuCorrection {
            (has_g_sensitivity ? kGSensitivities : 0);
   }
   Parameters parameters() const;
+  /// Replaces the parameters that it has; size() rows, as parameters().
+  void set(const Eigen::Ref<const Eigen::VectorXd>& parameters);
   /// Adds errors to the parameters; `errors` has size() rows.
   void add(const Eigen::Ref<const Eigen::VectorXd>& errors);
   /// As "accelerometer_scale_x", "gyroscope_misalignment_x_y" (row, column), "g_sensitivity_z_x".

@@ -24,6 +24,7 @@ std::vector<int> considered_errors(const InertialSlamSettings& settings,
   x.imu_T_camera = calibration.imu_T_camera;
   x.time_offset = calibration.time_offset;
   x.intrinsics = calibration.intrinsics;
+  x.imu = calibration.imu;
   std::vector<int> rows = considered_rows(settings, x);
   for (int& row : rows) row -= x.calibration_row();
   return rows;
@@ -71,13 +72,18 @@ void add_place(const Place& place, MapLandmark& landmark) {
   landmark.covariance += J * place.covariance * J.transpose();
 }
 
-InertialStart start_at(const Estimate& e) {
-  return {.time = e.time,
-          .nav_T_imu = e.world_T_imu,
-          .v_nav = *e.v_world,
-          .accelerometer_bias = e.additive.head<3>(),
-          .gyroscope_bias = e.additive.tail<3>(),
-          .covariance = e.covariance};
+InertialStart start_at(const Estimate& e, const std::optional<InertialStart>& begun) {
+  InertialStart start{.time = e.time,
+                      .nav_T_imu = e.world_T_imu,
+                      .v_nav = *e.v_world,
+                      .accelerometer_bias = e.additive.head<3>(),
+                      .gyroscope_bias = e.additive.tail<3>(),
+                      .covariance = e.covariance};
+  if (!begun || begun->by_imu.size() == 0 || begun->time != e.time) return start;
+  start.covariance = begun->covariance;
+  start.by_imu = begun->by_imu;
+  start.calibration = e.calibration;
+  return start;
 }
 
 void begin_at(const Calibration& calibration, const std::vector<Camera>& cameras,

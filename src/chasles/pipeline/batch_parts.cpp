@@ -48,6 +48,7 @@ BatchMaterial part_of(const BatchMaterial& all, const std::vector<Stretch>& stre
                        [&](const FeatureFrame& f) { return inside(f.time + offset); });
   std::ranges::copy_if(all.estimates, std::back_inserter(part.estimates),
                        [&](const Estimate& e) { return inside(e.time); });
+  part.starts = all.starts;
   return part;
 }
 
@@ -70,13 +71,20 @@ std::optional<Calibration> found_calibration(const std::vector<Estimate>& estima
   return sound == estimates.rend() ? std::nullopt : sound->calibration;
 }
 
+// At which the filter began with its first estimate.
+std::optional<InertialStart> start_of(const BatchMaterial& part) {
+  const auto start =
+      std::ranges::find(part.starts, part.estimates.front().time, &InertialStart::time);
+  return start == part.starts.end() ? std::nullopt : std::optional(*start);
+}
+
 // Takes samples and frames. `initial`: where the search begins with the calibration; `known`: what
 // earlier parts know of it.
 InertialBatchInput part_input(const InertialSensors& sensors, const InertialRunSettings& settings,
                               const std::optional<Calibration>& initial,
                               const std::optional<Calibration>& known, BatchMaterial& part) {
   InertialBatchInput input =
-      batch_input(sensors, settings.filter, start_at(part.estimates.front()));
+      batch_input(sensors, settings.filter, start_at(part.estimates.front(), start_of(part)));
   if (initial) begin_at(*initial, sensors.cameras, part.estimates.front(), input);
   if (known) input.calibration = known;
   for (const Estimate& e : part.estimates) {

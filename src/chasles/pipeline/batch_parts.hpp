@@ -14,6 +14,7 @@ struct BatchMaterial {
   std::vector<ImuSample> samples;  ///< that are measurements (SampleScreen)
   std::vector<FeatureFrame> frames;
   std::vector<Estimate> estimates;
+  std::vector<InertialStart> starts = {};  ///< at which the filter began
 };
 
 /// Batch estimation that starts at the filter's first estimate. Where samples are missing for more

@@ -170,6 +170,10 @@ class InertialBatch : public InertialFilter {
   }
   std::vector<Estimate> keep(std::vector<Estimate> estimates) {
     material_.estimates.insert(material_.estimates.end(), estimates.begin(), estimates.end());
+    const std::optional<InertialStart>& begun = session_.begun();
+    if (begun && (material_.starts.empty() || material_.starts.back().time != begun->time)) {
+      material_.starts.push_back(*begun);
+    }
     return estimates;
   }
 
@@ -292,7 +296,7 @@ class InertialWindowEstimator : public InertialEstimator {
 
   // Processes the events until now, in the order of their arrival.
   std::vector<Estimate> begin(const Estimate& first) {
-    InertialStart start = start_at(first);
+    InertialStart start = start_at(first, session_.begun());
     if (last_) start = continued(std::move(start), *last_);
     InertialBatchInput input = batch_input(sensors_, settings_.filter, start);
     if (last_) place_ = take_place(input);

@@ -28,14 +28,6 @@ void check_window(const InertialSlamSettings& settings) {
   check("calibrate_time_offset", settings.calibrate_time_offset);
 }
 
-void check_smoothing(const InertialSlamSettings& settings) {
-  if (!settings.has_imu()) return;
-  throw UsageError(
-      "calibrate_imu: found " + setting_text(settings.calibrate_imu) +
-      ", expected false with batch or window, which take the IMU as calibrated; run the filter "
-      "first, and use the calibration that it estimates");
-}
-
 }  // namespace
 
 EstimatorChoice estimator_choice(std::string_view text, std::string_view setting) {
@@ -67,7 +59,6 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.batch);
   check_keyframes(settings.estimator);
   if (settings.estimator.is_window()) check_window(settings.filter);
-  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
 }
 
 void validate(const VelocityRunSettings& settings) {

@@ -344,9 +344,6 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
   wrong = inertial("window:5");
   wrong.filter.calibrate_time_offset = Calibrate::kConsidered;
   rejected("calibrate_time_offset: found considered", wrong, imu);
-  wrong = inertial("batch");
-  wrong.filter.calibrate_imu = Calibrate::kTrue;
-  rejected("calibrate_imu: found 'true', expected false with batch or window", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
   rejected("window of 1 keyframes", wrong, imu);

@@ -54,6 +54,11 @@ ImuBuffer buffer_of(const InertialBatchInput& input, const Measured& measured) {
   return buffer;
 }
 
+void correct(const ImuCorrection* imu, std::vector<ImuInterval>& intervals) {
+  if (imu == nullptr) return;
+  for (ImuInterval& interval : intervals) interval = corrected(*imu, interval);
+}
+
 InertialState start_state(const InertialStart& start) {
   return {.world_T_imu = start.nav_T_imu,
           .v_world = start.v_nav,
@@ -73,7 +78,7 @@ void add_motion(const InertialBatchInput& input, ImuBuffer& buffer, BatchGraph& 
     const bool is_known = known != input.initial.end() && known->time == keyframes[k + 1].time;
     keyframes[k + 1].state = is_known ? known->state : predicted;
   }
-  for (BatchKeyframe& keyframe : keyframes) set_readout(input, buffer, keyframe);
+  for (BatchKeyframe& keyframe : keyframes) set_readout(input, graph.imu(), buffer, keyframe);
 }
 
 // The values at which a search begins. Considered ones are those of the prior.
@@ -110,6 +115,12 @@ void check_calibration(const InertialBatchInput& input) {
   const std::size_t cameras = input.cameras.size();
   const auto fits = [&](std::size_t count) { return count == 0 || count == cameras; };
   const int rows = CalibrationBlocks(input.calibration).errors();
+  const auto of_imu = c.imu && input.start.by_imu.size() > 0 ? input.start.by_imu.cols() : 0;
+  if (of_imu > 0 && (of_imu != c.imu->size() || input.start.by_imu.rows() != 15)) {
+    throw UsageError("batch estimation of the IMU's parameters: found a start that depends on " +
+                     std::to_string(of_imu) + " of them, expected all " +
+                     std::to_string(c.imu->size()));
+  }
   if (!fits(c.imu_T_camera.size()) || !fits(c.intrinsics.size()) || c.covariance.rows() != rows ||
       c.covariance.cols() != rows) {
     throw UsageError(
@@ -117,9 +128,6 @@ void check_calibration(const InertialBatchInput& input) {
         " extrinsics, " + std::to_string(c.intrinsics.size()) + " intrinsics and a covariance of " +
         std::to_string(c.covariance.rows()) + " rows, expected those of " +
         std::to_string(cameras) + " cameras or none, and " + std::to_string(rows) + " rows");
-  }
-  if (c.imu) {
-    throw UsageError("batch estimation takes the IMU as calibrated: found parameters of it");
   }
   for (const int row : input.considered) {
     if (row >= 0 && row < rows) continue;
@@ -192,6 +200,11 @@ void add_start(const InertialBatchInput& input, BatchGraph& graph) {
   const std::optional<Eigen::MatrixXd> whitening = whitening_of(graph.start_covariance);
   if (!whitening) throw InputError("the start's covariance is not positive semidefinite");
   graph.start_whitening = *whitening;
+  if (!input.calibration || !input.calibration->imu) return;
+  graph.start_by_imu = input.start.by_imu;
+  const auto& own = input.start.calibration;
+  const ImuCorrection& at = own && own->imu ? *own->imu : *input.calibration->imu;
+  graph.imu_of_start = at.parameters();
 }
 
 void add_calibration(const InertialBatchInput& input, BatchGraph& graph) {
@@ -209,10 +222,10 @@ void add_calibration(const InertialBatchInput& input, BatchGraph& graph) {
 InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
                        ImuBuffer& buffer, BatchGraph& graph) {
   graph.links.push_back(imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
+  std::vector<ImuInterval> intervals = graph.links.back().intervals;
+  correct(graph.imu(), intervals);
   InertialState state = from.state;
-  for (const ImuInterval& interval : graph.links.back().intervals) {
-    state = integrate(state, interval, graph.gravity);
-  }
+  for (const ImuInterval& interval : intervals) state = integrate(state, interval, graph.gravity);
   return state;
 }
 
@@ -315,10 +328,12 @@ Time readout_span(const InertialBatchInput& input) {
   return from_seconds(std::max(longest_readout(input.cameras), moves ? kTimeOffsetSpan : 0));
 }
 
-void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe) {
+void set_readout(const InertialBatchInput& input, const ImuCorrection* imu, ImuBuffer& buffer,
+                 BatchKeyframe& keyframe) {
   const Time readout = readout_span(input);
   if (readout <= Time{}) return;
-  const auto intervals = buffer.between(keyframe.time, keyframe.time + readout);
+  std::vector<ImuInterval> intervals = buffer.between(keyframe.time, keyframe.time + readout);
+  correct(imu, intervals);
   keyframe.readout = measured_readout(intervals, keyframe.state.biases());
 }
 
@@ -333,13 +348,18 @@ Landmark landmark_of(const InertialBatchInput& input, const BatchGraph& graph,
   return landmark;
 }
 
-Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
-                         Matrix15d* derivative) {
+Vector15d start_error(const BatchGraph& graph, const InertialState& state) {
   const InertialState& from = graph.start;
   Vector15d e;
   e << so3::log(state.world_T_imu.R * from.world_T_imu.R.transpose()),
       state.world_T_imu.p - from.world_T_imu.p, state.v_world - from.v_world,
       state.biases() - from.biases();
+  return e;
+}
+
+Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
+                         Matrix15d* derivative) {
+  const Vector15d e = start_error(graph, state);
   if (derivative != nullptr) {
     *derivative = graph.start_whitening;
     derivative->leftCols<3>() *= so3::left_jacobian_inverse(e.head<3>());

@@ -43,6 +43,10 @@ struct BatchGraph {
   InertialState start = {};                            ///< the prior's mean
   Matrix15d start_whitening = Matrix15d::Identity();   ///< W^T W = covariance^-1
   Matrix15d start_covariance = Matrix15d::Identity();  ///< with the floors of InertialBatchInput
+  /// InertialStart::by_imu, and the parameters at which the start is the prior's mean; empty: it
+  /// does not depend on estimated parameters.
+  Eigen::MatrixXd start_by_imu = {};
+  Eigen::VectorXd imu_of_start = {};
   Eigen::Vector3d gravity = {0, 0, -kStandardGravity};
   bool anchored = true;
   std::vector<Camera> cameras = {};  ///< as calibrated at present
@@ -51,6 +55,10 @@ struct BatchGraph {
   std::optional<Calibration> calibration = {};
   Eigen::MatrixXd calibration_whitening = {};
 
+  /// The IMU's parameters at present; null: they are known.
+  const ImuCorrection* imu() const {
+    return calibration && calibration->imu ? &*calibration->imu : nullptr;
+  }
   /// By which images were taken later than their keyframes, at the present time offset [s].
   double late(const InertialBatchInput& input) const {
     return calibration && calibration->time_offset
@@ -123,8 +131,10 @@ SE3 anchor_T_imu(const InertialBatchInput& input, const BatchGraph& graph, const
 ReadoutMotion motion_of(const BatchGraph& graph, const BatchKeyframe& keyframe);
 /// How long after its keyframe an image may still be exposed: until then there must be samples.
 Time readout_span(const InertialBatchInput& input);
-/// Sets what the IMU measured in that time, at the biases of the keyframe's state.
-void set_readout(const InertialBatchInput& input, ImuBuffer& buffer, BatchKeyframe& keyframe);
+/// Sets what the IMU measured in that time, at the biases of the keyframe's state. `imu`:
+/// BatchGraph::imu.
+void set_readout(const InertialBatchInput& input, const ImuCorrection* imu, ImuBuffer& buffer,
+                 BatchKeyframe& keyframe);
 
 /// The graph's landmark in the form of the filter's charts and measurements.
 Clone anchor_of(const BatchGraph& graph, const BatchPoint& point);
@@ -132,7 +142,9 @@ Landmark landmark_of(const InertialBatchInput& input, const BatchGraph& graph,
                      const BatchPoint& point);
 
 /// The errors [rotation, position, velocity, biases] of a state against the prior's mean, reference
-/// chart, whitened; and their derivative by the state's own errors.
+/// chart.
+Vector15d start_error(const BatchGraph& graph, const InertialState& state);
+/// The same whitened, and their derivative by the state's own errors.
 Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
                          Matrix15d* derivative);
 

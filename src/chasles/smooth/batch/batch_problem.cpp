@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include <ceres/manifold.h>
@@ -59,14 +60,24 @@ BatchProblem::BatchProblem(const InertialBatchInput& input, const std::string& c
   for (std::size_t i = 0; i < sizes().points; ++i) {
     Eigen::Map<Eigen::Vector3d>{point(i)} = graph.points[i].parameters;
   }
-  ceres().AddResidualBlock(new StartCost(graph), nullptr, motion(0), additive(0));
-  for (std::size_t k = 0; k + 1 < sizes().keyframes; ++k) {
-    ceres().AddResidualBlock(new LinkCost(graph.links[k], graph.gravity), nullptr, motion(k),
-                             additive(k), motion(k + 1), additive(k + 1));
-  }
+  add_motion(graph);
   if (graph.calibration) add_calibration(input, graph);
   if (considered == Considered::kHeld) hold(input.considered);
   add_views(input, settings, graph, least_depth);
+}
+
+void BatchProblem::add_motion(const BatchGraph& graph) {
+  const auto add = [&](std::unique_ptr<ceres::CostFunction> cost, std::vector<double*> of) {
+    // As their last block, some terms have the IMU's parameters.
+    if (cost->parameter_block_sizes().size() > of.size()) {
+      of.push_back(calibration(*sizes().calibration.of_imu()));
+    }
+    ceres().AddResidualBlock(cost.release(), nullptr, of);
+  };
+  add(start_cost(graph), {motion(0), additive(0)});
+  for (std::size_t k = 0; k + 1 < sizes().keyframes; ++k) {
+    add(link_cost(graph, graph.links[k]), {motion(k), additive(k), motion(k + 1), additive(k + 1)});
+  }
 }
 
 void BatchProblem::add_calibration(const InertialBatchInput& input, const BatchGraph& graph) {

@@ -23,6 +23,7 @@ class BatchProblem final : public ProblemBlocks {
   void write_to(BatchGraph& graph);
 
  private:
+  void add_motion(const BatchGraph& graph);
   void add_calibration(const InertialBatchInput& input, const BatchGraph& graph);
   void hold(const std::vector<int>& considered);
   void add_views(const InertialBatchInput& input, const BatchSettings& settings,

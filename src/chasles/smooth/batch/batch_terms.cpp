@@ -1,6 +1,7 @@
 #include <utility>
 
 #include <chasles/filter/pixel_projection.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/smooth/batch/batch_terms_detail.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 
@@ -23,6 +24,21 @@ BatchTerms::Point point_of(const InertialBatchInput& input, const BatchGraph& gr
   return result;
 }
 
+// The prior's mean at the parameters of the IMU: the first state, without those of its errors that
+// the parameters do not explain.
+InertialState start_of(const BatchGraph& graph) {
+  if (graph.start_by_imu.size() == 0) return graph.start;
+  InertialState start = graph.keyframes[0].state;
+  const Vector15d e = start_error(graph, start) -
+                      graph.start_by_imu * (graph.imu()->parameters() - graph.imu_of_start);
+  start.world_T_imu.R = so3::exp(-e.head<3>()) * start.world_T_imu.R;
+  start.world_T_imu.p -= e.segment<3>(3);
+  start.v_world -= e.segment<3>(6);
+  start.accelerometer_bias -= e.segment<3>(9);
+  start.gyroscope_bias -= e.tail<3>();
+  return start;
+}
+
 }  // namespace
 
 BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settings,
@@ -30,7 +46,7 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
   BatchTerms terms{.cameras = graph.cameras,
                    .noise = input.noise,
                    .gravity = graph.gravity,
-                   .start = graph.start,
+                   .start = start_of(graph),
                    .start_covariance = graph.start_covariance,
                    .loss = settings.loss,
                    .loss_width = loss_width_of(settings),
@@ -44,7 +60,10 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
   for (const BatchKeyframe& keyframe : graph.keyframes) {
     terms.keyframes.push_back({.time = keyframe.time, .state = keyframe.state});
   }
-  for (const ImuLink& link : graph.links) terms.between.push_back(link.intervals);
+  const ImuCorrection* imu = graph.imu();
+  for (const ImuLink& link : graph.links) {
+    terms.between.push_back(imu != nullptr ? corrected(*imu, link).intervals : link.intervals);
+  }
   for (const BatchPoint& point : graph.points) {
     HomogeneousPoint at{.p_world = point.parameters, .w = 1};
     if (graph.anchored) {

@@ -28,11 +28,13 @@ struct BatchTerms {
   Eigen::Vector3d gravity = {0, 0, -kStandardGravity};
   /// The prior on the first keyframe: mean, and covariance of [rotation, position, velocity,
   /// accelerometer bias, gyroscope bias], reference chart; with the floors of InertialBatchInput.
+  /// The mean is that for the IMU's parameters at the minimum (InertialStart::by_imu).
   InertialState start;
   Matrix15d start_covariance = Matrix15d::Identity();
-  std::vector<TimedMotion> keyframes = {};             ///< at the minimum
-  std::vector<std::vector<ImuInterval>> between = {};  ///< a keyframe and the next
-  std::vector<Point> points = {};                      ///< at the minimum
+  std::vector<TimedMotion> keyframes = {};  ///< at the minimum
+  /// A keyframe and the next; as corrected at the minimum.
+  std::vector<std::vector<ImuInterval>> between = {};
+  std::vector<Point> points = {};  ///< at the minimum
   /// Landmarks whose inverse depth is not positive: they have no position, and are not in `points`.
   int beyond_infinity = 0;
   BatchLoss loss = BatchLoss::kHuber;

@@ -6,7 +6,7 @@
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/smooth/batch/batch_terms.hpp>
-#include <chasles/smooth/batch/smooth_testing.hpp>
+#include <chasles/smooth/batch/calibration_scene_testing.hpp>
 
 namespace chasles {
 namespace {
@@ -99,6 +99,17 @@ TEST(BatchTerms, AreTheWholeCost) {
     EXPECT_NEAR(cost_of(terms) / terms.cost, 1, 1e-4);
     EXPECT_EQ(terms.beyond_infinity, 0);
   }
+}
+
+// The samples are those that the parameters at the minimum correct, and the start's mean is that
+// which they imply.
+TEST(BatchTerms, OfAnEstimatedImuAreTheWholeCost) {
+  const test::CalibrationScene scene = test::imu_scene({.frames = 12, .cameras = 2});
+  const InertialBatchResult result =
+      smooth(scene.input, "standard", plain(LandmarkForm::kCartesian));
+  const BatchTerms& terms = *result.terms.front();
+  EXPECT_GT(terms.calibration_cost, 0);
+  EXPECT_NEAR((cost_of(terms) + terms.calibration_cost) / terms.cost, 1, 1e-3);
 }
 
 TEST(BatchTerms, HoldTheEstimatesAndTheMap) {

@@ -3,11 +3,25 @@
 #include <optional>
 #include <stdexcept>
 
+#include <chasles/imu/imu_correction_testing.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/smooth/batch/smooth_testing.hpp>
 
 // The small flight with cameras whose calibration is wrong by as much as it says, for tests.
 namespace chasles::test {
+
+/// Plain least squares, with the covariance of the stated noise.
+inline BatchSettings without_outliers() {
+  BatchSettings settings;
+  settings.loss = BatchLoss::kNone;
+  settings.gate = 0;
+  settings.covariance_factor = 1;
+  return settings;
+}
+
+inline double squared_error(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
+  return e.dot(P.ldlt().solve(e));
+}
 
 struct CalibrationScene : SmallScene {
   Calibration true_calibration = {};
@@ -118,6 +132,53 @@ inline CalibrationScene calibration_scene(const SmallFlight& flight, double read
       }
     }
   }
+  return scene;
+}
+
+/// The settings that estimate the IMU's parameters, which are wrong by more than they usually are.
+inline InertialSlamSettings imu_settings() {
+  InertialSlamSettings settings;
+  settings.calibrate_imu = Calibrate::kTrue;
+  settings.initial_imu_scale_sigma = 0.02;
+  settings.initial_imu_misalignment_sigma = 0.01;
+  settings.initial_g_sensitivity_sigma = 0.002;
+  return settings;
+}
+
+/// Lets the IMU of the scene have errors of its parameters, by these sigmas times the factor
+/// `errors`, and its start depend on them, and estimates them besides what is estimated.
+inline void measure_wrongly(CalibrationScene& scene, std::uint64_t seed, double errors = 1) {
+  Random random(seed + 2000);
+  InertialBatchInput& in = scene.input;
+  const Calibration imu = *stated_calibration(imu_settings(), {});
+  const Eigen::Index n = imu.covariance.rows();
+  if (!in.calibration) in.calibration = scene.true_calibration = Calibration{};
+  Calibration& calibration = *in.calibration;
+  const Eigen::Index before = calibration.covariance.rows();
+  Eigen::MatrixXd P = Eigen::MatrixXd::Zero(before + n, before + n);
+  P.topLeftCorner(before, before) = calibration.covariance;
+  P.bottomRightCorner(n, n) = imu.covariance;
+  calibration.covariance = P;
+  calibration.imu = scene.true_calibration.imu = imu.imu;
+  ImuCorrection& truth = *scene.true_calibration.imu;
+  const Eigen::VectorXd sigma = imu.covariance.diagonal().cwiseSqrt();
+  truth.set(errors * sigma.cwiseProduct(random.normal_vector(n)));
+  for (ImuSample& sample : in.samples) sample = as_measured(truth, sample);
+  in.start.by_imu = Eigen::MatrixXd::Zero(15, n);
+  for (const int row : {0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14}) {
+    in.start.by_imu.row(row) = random.normal_vector(n).transpose();
+  }
+  const Eigen::VectorXd e = in.start.by_imu * truth.parameters();
+  in.start.nav_T_imu.R = so3::exp(-e.head<3>()) * in.start.nav_T_imu.R;
+  in.start.v_nav -= e.segment<3>(6);
+  in.start.accelerometer_bias -= e.segment<3>(9);
+  in.start.gyroscope_bias -= e.tail<3>();
+}
+
+/// A scene with known cameras and such an IMU.
+inline CalibrationScene imu_scene(const SmallFlight& flight, double errors = 1) {
+  CalibrationScene scene{small_scene(flight), {}, 0};
+  measure_wrongly(scene, flight.seed, errors);
   return scene;
 }
 

@@ -51,6 +51,56 @@ bool CalibrationCost::Evaluate(const double* const* x, double* residuals,
   return true;
 }
 
+CorrectedStartCost::CorrectedStartCost(const BatchGraph& graph) : graph_(&graph) {
+  set_num_residuals(15);
+  *mutable_parameter_block_sizes() = {kMotionNumbers, 6,
+                                      static_cast<int>(graph.start_by_imu.cols())};
+}
+
+bool CorrectedStartCost::Evaluate(const double* const* x, double* residuals,
+                                  double** jacobians) const {
+  if (!StartCost(*graph_).Evaluate(x, residuals, jacobians)) return false;
+  const Eigen::Map<const Eigen::VectorXd> imu(x[2], graph_->start_by_imu.cols());
+  const Eigen::MatrixXd by_imu = graph_->start_whitening * graph_->start_by_imu;
+  Eigen::Map<Vector15d>{residuals} -= by_imu * (imu - graph_->imu_of_start);
+  if (jacobians != nullptr) {
+    write_block(-by_imu, static_cast<int>(by_imu.cols()), jacobians[2]);
+  }
+  return true;
+}
+
+CorrectedLinkCost::CorrectedLinkCost(const ImuLink& measured, const Eigen::Vector3d& gravity,
+                                     const ImuCorrection& like)
+    : measured_(&measured), gravity_(gravity), like_(like) {
+  set_num_residuals(15);
+  *mutable_parameter_block_sizes() = {kMotionNumbers, 6, kMotionNumbers, 6, like.size()};
+}
+
+bool CorrectedLinkCost::Evaluate(const double* const* x, double* residuals,
+                                 double** jacobians) const {
+  const ImuCorrection imu = read_imu(x[4], like_);
+  const ImuLink link = corrected(imu, *measured_);
+  if (!LinkCost(link, gravity_).Evaluate(x, residuals, jacobians)) return false;
+  if (jacobians != nullptr && jacobians[4] != nullptr) {
+    const LinkByImu d =
+        link_by_imu(*measured_, imu, read_state(x[0], x[1]), read_state(x[2], x[3]));
+    write_block(d, imu.size(), jacobians[4]);
+  }
+  return true;
+}
+
+std::unique_ptr<ceres::CostFunction> start_cost(const BatchGraph& graph) {
+  if (graph.start_by_imu.size() > 0) return std::make_unique<CorrectedStartCost>(graph);
+  return std::make_unique<StartCost>(graph);
+}
+
+std::unique_ptr<ceres::CostFunction> link_cost(const BatchGraph& graph, const ImuLink& link) {
+  if (const ImuCorrection* imu = graph.imu()) {
+    return std::make_unique<CorrectedLinkCost>(link, graph.gravity, *imu);
+  }
+  return std::make_unique<LinkCost>(link, graph.gravity);
+}
+
 EstimatedCamera::EstimatedCamera(const Camera& known, int index, const Calibration& calibration,
                                  double used_time_offset)
     : camera(known), has_extrinsics(!calibration.imu_T_camera.empty()) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -28,6 +29,38 @@ class CalibrationCost final : public ceres::CostFunction {
   std::vector<double> mean_;
   Eigen::MatrixXd whitening_;
 };
+
+/// The start, whose errors depend on those of the IMU's parameters (InertialStart::by_imu). Blocks:
+/// motion, biases of the first keyframe; the IMU's parameters.
+class CorrectedStartCost final : public ceres::CostFunction {
+ public:
+  explicit CorrectedStartCost(const BatchGraph& graph);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  const BatchGraph* graph_;
+};
+
+/// A link by samples that the IMU's parameters correct. Blocks: motion, biases of a keyframe; of
+/// the next; the IMU's parameters.
+class CorrectedLinkCost final : public ceres::CostFunction {
+ public:
+  /// `like`: with the parameters that are estimated.
+  CorrectedLinkCost(const ImuLink& measured, const Eigen::Vector3d& gravity,
+                    const ImuCorrection& like);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  const ImuLink* measured_;
+  Eigen::Vector3d gravity_;
+  ImuCorrection like_;
+};
+
+/// The terms of the start and of a link of the graph, to which they point. They depend on the
+/// IMU's parameters, as their last block, where the graph has CalibrationBlocks::of_imu, and where
+/// the start depends on them.
+std::unique_ptr<ceres::CostFunction> start_cost(const BatchGraph& graph);
+std::unique_ptr<ceres::CostFunction> link_cost(const BatchGraph& graph, const ImuLink& link);
 
 /// The camera of a pixel, some of whose parameters are estimated.
 struct EstimatedCamera {

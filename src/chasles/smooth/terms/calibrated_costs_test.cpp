@@ -228,5 +228,82 @@ TEST(CalibratedCosts, ThePriorHasItsDerivatives) {
   EXPECT_TRUE(residual(cost, blocks_with({}, mean)).isZero(1e-12));
 }
 
+ImuCorrection some_imu(Random& random, bool g_sensitivity) {
+  ImuCorrection imu{.has_g_sensitivity = g_sensitivity};
+  imu.set(0.05 * random.normal_vector(imu.size()));
+  return imu;
+}
+
+std::vector<double> numbers_of(const ImuCorrection& imu) {
+  const auto parameters = imu.parameters();
+  return {parameters.begin(), parameters.end()};
+}
+
+std::vector<double> biases_near(Random& random) {
+  const Eigen::VectorXd biases = 0.1 * random.normal_vector(6);
+  return {biases.begin(), biases.end()};
+}
+
+ImuLink some_link(Random& random) {
+  std::vector<ImuInterval> intervals;
+  for (int i = 0; i < 8; ++i) {
+    intervals.push_back({.tau = 0.01,
+                         .specific_force_imu = Eigen::Vector3d(0, 0, 9.8) + random.normal_vector(3),
+                         .angular_rate_imu = random.normal_vector(3)});
+  }
+  return imu_link(intervals, Vector6d::Zero(),
+                  {.accelerometer_noise_density = 0.5,
+                   .accelerometer_random_walk = 0.5,
+                   .gyroscope_noise_density = 0.5,
+                   .gyroscope_random_walk = 0.5});
+}
+
+TEST(CalibratedCosts, OfLinksAndStartsHaveTheirDerivativesByTheImu) {
+  Random random(7);
+  for (const bool g_sensitivity : {true, false}) {  // 24 parameters, or as many as a motion has
+    const ImuCorrection imu = some_imu(random, g_sensitivity);
+    BatchGraph graph;
+    graph.calibration.emplace().imu = imu;
+    graph.start_whitening =
+        test::random_covariance(random, 15, 0.5).llt().matrixL().solve(Matrix15d::Identity());
+    graph.start_by_imu = Eigen::MatrixXd::NullaryExpr(
+        15, imu.size(), [&random](Eigen::Index, Eigen::Index) { return random.normal(); });
+    graph.imu_of_start = 0.01 * random.normal_vector(imu.size());
+    const Blocks start{
+        &kStandardChart, {motion_near(random), biases_near(random), numbers_of(imu)}, 2};
+    const auto of_start = start_cost(graph);
+    ASSERT_EQ(of_start->parameter_block_sizes().size(), 3U);
+    expect_numeric(*of_start, start, 1e-6);
+
+    const ImuLink link = some_link(random);
+    const Blocks blocks{&kStandardChart,
+                        {motion_near(random), biases_near(random), motion_near(random),
+                         biases_near(random), numbers_of(imu)},
+                        4};
+    const auto of_link = link_cost(graph, link);
+    ASSERT_EQ(of_link->parameter_block_sizes().size(), 5U);
+    expect_numeric(*of_link, blocks, 1e-5);
+    EXPECT_TRUE(
+        agree(residual(*of_link, blocks),
+              residual(LinkCost(corrected(imu, link), graph.gravity),
+                       {&kStandardChart, {blocks.numbers.begin(), blocks.numbers.end() - 1}}),
+              1e-12));
+  }
+}
+
+TEST(CalibratedCosts, OfAKnownImuAreThoseOfItsSamples) {
+  Random random(8);
+  BatchGraph graph;
+  const ImuLink link = some_link(random);
+  EXPECT_EQ(start_cost(graph)->parameter_block_sizes().size(), 2U);
+  EXPECT_EQ(link_cost(graph, link)->parameter_block_sizes().size(), 4U);
+  graph.calibration.emplace().time_offset = 0.01;
+  EXPECT_EQ(link_cost(graph, link)->parameter_block_sizes().size(), 4U);
+  // A start that does not depend on the parameters that are estimated.
+  graph.calibration->imu.emplace();
+  EXPECT_EQ(start_cost(graph)->parameter_block_sizes().size(), 2U);
+  EXPECT_EQ(link_cost(graph, link)->parameter_block_sizes().size(), 5U);
+}
+
 }  // namespace
 }  // namespace chasles

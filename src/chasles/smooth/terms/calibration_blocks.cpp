@@ -29,6 +29,8 @@ CalibrationBlocks::CalibrationBlocks(const std::optional<Calibration>& calibrati
   for (std::size_t i = 0; i < calibration->imu_T_camera.size(); ++i) add(kPoseErrors, true);
   if (has_time_offset_) add(1);
   for (const Intrinsics& one : calibration->intrinsics) add(6 * one.blocks());
+  has_imu_ = calibration->imu.has_value();
+  if (has_imu_) add(calibration->imu->size());
 }
 
 void CalibrationBlocks::add(int errors, bool is_pose) {
@@ -64,6 +66,11 @@ Intrinsics read_intrinsics(const double* x, Intrinsics like) {
   return like;
 }
 
+ImuCorrection read_imu(const double* x, ImuCorrection like) {
+  like.set(Eigen::Map<const Eigen::VectorXd>(x, like.size()));
+  return like;
+}
+
 void write_calibration(const Calibration& calibration, double* x) {
   for (const SE3& imu_T_camera : calibration.imu_T_camera) {
     write_pose(imu_T_camera, x);
@@ -74,6 +81,7 @@ void write_calibration(const Calibration& calibration, double* x) {
     write_intrinsics(one, x);
     x += 6 * one.blocks();
   }
+  if (calibration.imu) std::ranges::copy(calibration.imu->parameters(), x);
 }
 
 void read_calibration(const double* x, Calibration& calibration) {
@@ -86,6 +94,7 @@ void read_calibration(const double* x, Calibration& calibration) {
     one = read_intrinsics(x, one);
     x += 6 * one.blocks();
   }
+  if (calibration.imu) calibration.imu = read_imu(x, *calibration.imu);
 }
 
 Eigen::VectorXd difference(const CalibrationBlocks& blocks, const double* of,

@@ -10,8 +10,8 @@
 namespace chasles::smooth_detail {
 
 /// The blocks of a calibration, in the order of its errors (filter/calibration.hpp): the extrinsics
-/// of each camera as the numbers of a pose, the time offset, and the intrinsics of each camera,
-/// whose numbers are their rows.
+/// of each camera as the numbers of a pose, the time offset, the intrinsics of each camera, whose
+/// numbers are their rows, and the IMU's parameters.
 class CalibrationBlocks {
  public:
   struct Block {
@@ -29,18 +29,24 @@ class CalibrationBlocks {
   int errors() const { return empty() ? 0 : all_.back().row + all_.back().errors; }
   /// The indices of those on which the pixels of a camera depend; they rise.
   std::vector<std::size_t> of_camera(int camera) const;
+  /// The index of that of the IMU's parameters; none: they are known.
+  std::optional<std::size_t> of_imu() const {
+    return has_imu_ ? std::optional(all_.size() - 1) : std::nullopt;
+  }
 
  private:
   void add(int errors, bool is_pose = false);
 
   std::vector<Block> all_;
   int cameras_ = 0;
-  bool has_extrinsics_ = false, has_time_offset_ = false, has_intrinsics_ = false;
+  bool has_extrinsics_ = false, has_time_offset_ = false, has_intrinsics_ = false, has_imu_ = false;
 };
 
 void write_intrinsics(const Intrinsics& intrinsics, double* x);
 /// `like`: of the same lens model; what is known of them stays.
 Intrinsics read_intrinsics(const double* x, Intrinsics like);
+/// `like`: with the same parameters.
+ImuCorrection read_imu(const double* x, ImuCorrection like);
 
 void write_calibration(const Calibration& calibration, double* x);
 /// Replaces the values of a calibration with the same parts.

@@ -58,6 +58,7 @@ struct InertialWindow::Implementation {
   void push_start();
   void push(Time time);
   void push_keyframe();
+  void push_term(ChainTerm term);
   void observe(const PixelObservation& observation, int now);
   CalibratedTerm term_of(const PointView& view, const WindowPoint& point, double sigma) const;
   WindowView view_of(const PointView& view, const WindowPoint& point, int& matches) const;
@@ -136,9 +137,9 @@ void InertialWindow::Implementation::drop() {
 }
 
 void InertialWindow::Implementation::push_start() {
-  set_readout(input, buffer, graph.keyframes.back());
+  set_readout(input, graph.imu(), buffer, graph.keyframes.back());
   push_keyframe();
-  sliding.window.terms.push_back({.cost = std::make_unique<StartCost>(graph)});
+  push_term({.cost = start_cost(graph)});
 }
 
 void InertialWindow::Implementation::push(Time time) {
@@ -146,12 +147,20 @@ void InertialWindow::Implementation::push(Time time) {
   const InertialState state = add_link(input, graph.keyframes.back(), time, buffer, graph);
   buffer.drop_before(from);
   graph.keyframes.push_back({.time = time, .state = state});
-  set_readout(input, buffer, graph.keyframes.back());
+  set_readout(input, graph.imu(), buffer, graph.keyframes.back());
   push_keyframe();
-  sliding.window.terms.push_back(
-      {.first = sliding.window.last() - 1,
-       .keyframes = 2,
-       .cost = std::make_unique<LinkCost>(graph.links.back(), graph.gravity)});
+  push_term({.first = sliding.window.last() - 1,
+             .keyframes = 2,
+             .cost = link_cost(graph, graph.links.back())});
+}
+
+void InertialWindow::Implementation::push_term(ChainTerm term) {
+  const CalibrationBlocks& calibration = sliding.window.sizes.calibration;
+  // Motion and biases of its keyframes, and in some the IMU's parameters.
+  if (std::ssize(term.cost->parameter_block_sizes()) > 2 * term.keyframes) {
+    term.calibration = calibration.all()[*calibration.of_imu()];
+  }
+  sliding.window.terms.push_back(std::move(term));
 }
 
 void InertialWindow::Implementation::push_keyframe() {

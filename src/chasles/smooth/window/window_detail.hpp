@@ -32,13 +32,16 @@ struct WindowKeyframe {
   Eigen::VectorXd additive;
 };
 
-/// A term of one keyframe, or of one and the next.
+/// A term of one keyframe, or of one and the next; and, as its last block, of a block of the
+/// calibration.
 struct ChainTerm {
   int first = 0, keyframes = 1;
   bool additive_only = false;  ///< its only block is `additive`
   std::unique_ptr<ceres::CostFunction> cost = nullptr;
   Eigen::VectorXd residual = {};  ///< at the present values, unless stale
-  Eigen::MatrixXd jacobian = {};  ///< by the reference chart's errors of its keyframes
+  Eigen::MatrixXd jacobian =
+      {};  ///< by the reference chart's errors of its keyframes, and of its `calibration`
+  std::optional<CalibrationBlocks::Block> calibration = {};
 };
 
 /// One observation of a landmark.

@@ -251,6 +251,10 @@ void evaluate(const Window& window, ChainTerm& term) {
     if (!term.additive_only) x.push_back(keyframe.motion.data()), J.emplace_back(rows, motion);
     if (additive > 0) x.push_back(keyframe.additive.data()), J.emplace_back(rows, additive);
   }
+  if (term.calibration) {
+    x.push_back(window.calibration.data() + term.calibration->number);
+    J.emplace_back(rows, term.calibration->numbers);
+  }
   std::vector<double*> into;
   for (DenseRows& j : J) into.push_back(j.data());
   term.residual.resize(rows);
@@ -259,12 +263,14 @@ void evaluate(const Window& window, ChainTerm& term) {
     term.residual.setConstant(std::numeric_limits<double>::quiet_NaN());
     for (DenseRows& j : J) j.setZero();
   }
-  term.jacobian.setZero(rows, errors * term.keyframes);
+  const int of_calibration = term.calibration ? term.calibration->errors : 0;
+  term.jacobian.setZero(rows, errors * term.keyframes + of_calibration);
   auto block = J.begin();
   for (int column = 0; column < errors * term.keyframes; column += errors) {
     if (!term.additive_only) term.jacobian.middleCols(column, moved) = (block++)->leftCols(moved);
     if (additive > 0) term.jacobian.middleCols(column + moved, additive) = *block++;
   }
+  if (term.calibration) term.jacobian.rightCols(of_calibration) = block->leftCols(of_calibration);
 }
 
 }  // namespace

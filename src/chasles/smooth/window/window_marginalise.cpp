@@ -162,20 +162,26 @@ void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
 // link's whitened residual d. The link's information is then 1, whatever its weight, and the
 // information on the keyframe is not lost in the difference of large numbers (prediction of an
 // information filter). Reads all of S and writes the lower triangle.
-void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& system) {
+void eliminate_keyframe(const ChainTerm& link, const WindowRows& rows, WindowSystem& system) {
   Eigen::MatrixXd& S = system.S;
+  const int n = rows.errors, row = rows.keyframe(rows.first), next = row + n;
   const Eigen::MatrixXd M = small::inverse(link.jacobian.leftCols(n));
-  const Eigen::MatrixXd K = M * link.jacobian.rightCols(n);
-  const int next = row + n;
+  const Eigen::MatrixXd K = M * link.jacobian.middleCols(n, n);
+  const int c = rows.calibration + (link.calibration ? link.calibration->row : 0);
+  const int m = link.calibration ? link.calibration->errors : 0;
+  const Eigen::MatrixXd by_calibration = M * link.jacobian.rightCols(m);
   const Eigen::MatrixXd columns = S.middleCols(row, n);
   system.g.noalias() -= columns * (M * link.residual);
   S.middleCols(next, n).noalias() -= columns * K;
+  S.middleCols(c, m).noalias() -= columns * by_calibration;
   S.middleCols(row, n).noalias() = columns * M;
   const Eigen::MatrixXd lines = S.middleRows(row, n);
   S.middleRows(next, n).noalias() -= K.transpose() * lines;
+  S.middleRows(c, m).noalias() -= by_calibration.transpose() * lines;
   S.middleRows(row, n).noalias() = M.transpose() * lines;
   const Eigen::VectorXd g = system.g.segment(row, n);
   system.g.segment(next, n).noalias() -= K.transpose() * g;
+  system.g.segment(c, m).noalias() -= by_calibration.transpose() * g;
   system.g.segment(row, n).noalias() = M.transpose() * g;
   S.block(row, row, n, n).diagonal().array() += 1;
   // L^-1 of the blocks that couple d with the rest, S_dd = L L^T.
@@ -237,7 +243,7 @@ void marginalise_oldest(Window& window) {
   dense::mirror_lower(system.S);
   eliminate_points(rows, ending, system);
   dense::mirror_lower(system.S);
-  eliminate_keyframe(first_link(window), rows.keyframe(window.first), rows.errors, system);
+  eliminate_keyframe(first_link(window), rows, system);
   drop_oldest(ending, window);
   set_prior(window, in_rows(system, rows, WindowRows(window, window.count(), 1)));
 }

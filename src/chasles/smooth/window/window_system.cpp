@@ -155,9 +155,16 @@ void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<
 void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& system) {
   assert(term.first + term.keyframes <= rows.first + rows.whole);
   const int row = rows.keyframe(term.first);
-  const auto n = static_cast<int>(term.jacobian.cols());
-  system.S.block(row, row, n, n).noalias() += term.jacobian.transpose() * term.jacobian;
-  system.g.segment(row, n).noalias() += term.jacobian.transpose() * term.residual;
+  const int n = rows.errors * term.keyframes;
+  const auto J = term.jacobian.leftCols(n);
+  system.S.block(row, row, n, n).noalias() += J.transpose() * J;
+  system.g.segment(row, n).noalias() += J.transpose() * term.residual;
+  if (!term.calibration) return;
+  const int c = rows.calibration + term.calibration->row, m = term.calibration->errors;
+  const auto K = term.jacobian.rightCols(m);
+  system.S.block(c, c, m, m).noalias() += K.transpose() * K;
+  system.S.block(row, c, n, m).noalias() += J.transpose() * K;
+  system.g.segment(c, m).noalias() += K.transpose() * term.residual;
 }
 
 WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping) {
