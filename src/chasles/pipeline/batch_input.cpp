@@ -72,16 +72,16 @@ void add_place(const Place& place, MapLandmark& landmark) {
   landmark.covariance += J * place.covariance * J.transpose();
 }
 
-InertialStart start_at(const Estimate& e, const std::optional<InertialStart>& begun) {
+InertialStart start_at(const Estimate& e, const std::optional<InertialStart>& of_filter) {
   InertialStart start{.time = e.time,
                       .nav_T_imu = e.world_T_imu,
                       .v_nav = *e.v_world,
                       .accelerometer_bias = e.additive.head<3>(),
                       .gyroscope_bias = e.additive.tail<3>(),
                       .covariance = e.covariance};
-  if (!begun || begun->by_imu.size() == 0 || begun->time != e.time) return start;
-  start.covariance = begun->covariance;
-  start.by_imu = begun->by_imu;
+  if (!of_filter || of_filter->by_imu.size() == 0 || of_filter->time != e.time) return start;
+  start.covariance = of_filter->covariance;
+  start.by_imu = of_filter->by_imu;
   start.calibration = e.calibration;
   return start;
 }

@@ -11,9 +11,9 @@ namespace chasles {
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start);
 
-/// A filter's estimate as a start; it does not depend on any landmark yet. `begun`: the start at
-/// which the filter began, with its dependence on the IMU's parameters (InertialStart::by_imu).
-InertialStart start_at(const Estimate& e, const std::optional<InertialStart>& begun);
+/// A filter's estimate as a start; it does not depend on any landmark yet. `of_filter`: the start
+/// at which the filter began, with its dependence on the IMU's parameters (InertialStart::by_imu).
+InertialStart start_at(const Estimate& e, const std::optional<InertialStart>& of_filter);
 
 /// The uncertainty of position and heading at a start after a gap. Pixels and samples do not depend
 /// on it, and where it is large the normal equations are ill-conditioned. So the part is estimated

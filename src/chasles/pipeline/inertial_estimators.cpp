@@ -170,9 +170,9 @@ class InertialBatch : public InertialFilter {
   }
   std::vector<Estimate> keep(std::vector<Estimate> estimates) {
     material_.estimates.insert(material_.estimates.end(), estimates.begin(), estimates.end());
-    const std::optional<InertialStart>& begun = session_.begun();
-    if (begun && (material_.starts.empty() || material_.starts.back().time != begun->time)) {
-      material_.starts.push_back(*begun);
+    const std::optional<InertialStart>& start = session_.start();
+    if (start && (material_.starts.empty() || material_.starts.back().time != start->time)) {
+      material_.starts.push_back(*start);
     }
     return estimates;
   }
@@ -296,7 +296,7 @@ class InertialWindowEstimator : public InertialEstimator {
 
   // Processes the events until now, in the order of their arrival.
   std::vector<Estimate> begin(const Estimate& first) {
-    InertialStart start = start_at(first, session_.begun());
+    InertialStart start = start_at(first, session_.start());
     if (last_) start = continued(std::move(start), *last_);
     InertialBatchInput input = batch_input(sensors_, settings_.filter, start);
     if (last_) place_ = take_place(input);

@@ -176,7 +176,7 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
                                          sensors_.pixel_sigma, start, map_to_search(),
                                          start_settings_.in_map && !agreed_);
-  begun_ = start;
+  start_ = start;
   initialiser_.reset();
   waiting_since_.reset();
   for (const ImuSample& sample : samples_.all()) slam_->process(sample);

@@ -72,7 +72,7 @@ class InertialSession {
 
   bool running() const { return slam_ != nullptr; }
   /// The start of the present part, or of the last one; none before.
-  const std::optional<InertialStart>& begun() const { return begun_; }
+  const std::optional<InertialStart>& start() const { return start_; }
   /// The conditions of a start, with the last measured values.
   std::vector<Requirement> requirements() const;
   double waited() const;      ///< for a start, until the present frame [s]
@@ -125,7 +125,7 @@ class InertialSession {
   std::unique_ptr<InertialSlam> slam_;
   ClosureTrial trial_;
   std::unique_ptr<Initialiser> initialiser_;
-  std::optional<InertialStart> given_, begun_;
+  std::optional<InertialStart> given_, start_;
   std::shared_ptr<const LandmarkMap> prior_;
   std::vector<TimedMeasurement> timed_;  ///< as samples_
   WaitingSamples samples_;               ///< since the oldest frame that the run may start with
