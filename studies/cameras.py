@@ -252,7 +252,8 @@ def group_of(name: str) -> str:
     return next(group for part, group in GROUPS.items() if part in name)
 
 
-SMOOTHERS = {"batch": ("exact", "known", "considered", "estimated"), "window:20": ("exact", "known", "estimated")}
+SMOOTHERS = "batch", "window:20"
+WAYS = {"known": "false", "considered": "considered", "estimated": "true"}
 
 
 def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str, float]]]:
@@ -262,9 +263,8 @@ def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str,
     wrong = Wrong(recording, seed)
     clock = sets(f"time_offset={wrong.clock}")
     errors = {}
-    for name, ways in SMOOTHERS.items():
-        for way in ways[1:]:
-            value = {"known": "false", "considered": "considered", "estimated": "true"}[way]
+    for name in SMOOTHERS:
+        for way, value in WAYS.items():
             runs[f"{name}, {way}"] = run(recording, f"{way}-{name[0]}", "--estimator", name, *clock, *EXPECTED,
                                          *(calibrate(value) if way != "known" else []))
         errors[name] = errors_of(runs[f"{name}, estimated"], wrong)
@@ -284,7 +284,7 @@ def smoothed() -> str:
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
         done = list(pool.map(smoothed_run, SEEDS))
     rows = [[f"{name}, {way}", *scores([runs[f"{name}, {way}"] for runs, _ in done])]
-            for name, ways in SMOOTHERS.items() for way in ways]
+            for name in SMOOTHERS for way in ("exact", *WAYS)]
     groups = {name: grouped(errors[name] for _, errors in done) for name in SMOOTHERS}
     squares = [[group, *(number(statistics.mean(e * e for e in of_name[group]), 2) for of_name in groups.values())]
                for group in groups["batch"]]

@@ -15,19 +15,6 @@ void check_keyframes(const EstimatorChoice& choice) {
   }
 }
 
-void check_window(const InertialSlamSettings& settings) {
-  const auto check = [](const char* name, Calibrate value) {
-    if (value != Calibrate::kConsidered) return;
-    throw UsageError(std::string(name) +
-                     ": found considered, expected true or false with a window; filter and batch "
-                     "consider a calibration");
-  };
-  check("calibrate_extrinsics", settings.calibrate_extrinsics);
-  check("calibrate_intrinsics", settings.calibrate_intrinsics);
-  check("calibrate_readout", settings.calibrate_readout);
-  check("calibrate_time_offset", settings.calibrate_time_offset);
-}
-
 void check_smoothing(const InertialSlamSettings& settings) {
   if (!settings.has_imu()) return;
   throw UsageError(
@@ -66,7 +53,6 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.frontend);
   validate(settings.batch);
   check_keyframes(settings.estimator);
-  if (settings.estimator.is_window()) check_window(settings.filter);
   if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
 }
 

@@ -37,7 +37,7 @@ struct InertialRunSettings {
 };
 
 /// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and a
-/// considered calibration with a window, or that of the IMU with it or a batch.
+/// calibration of the IMU with a window or a batch.
 void validate(const InertialRunSettings& settings);
 
 /// All settings of a stereo-velocity run.
