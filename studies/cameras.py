@@ -252,8 +252,8 @@ def group_of(name: str) -> str:
     return next(group for part, group in GROUPS.items() if part in name)
 
 
-WAYS = "exact", "known", "considered", "estimated"
 SMOOTHERS = "batch", "window:20"
+WAYS = {"known": "false", "considered": "considered", "estimated": "true"}
 
 
 def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str, float]]]:
@@ -264,8 +264,7 @@ def smoothed_run(seed: int) -> tuple[dict[str, Json | None], dict[str, dict[str,
     clock = sets(f"time_offset={wrong.clock}")
     errors = {}
     for name in SMOOTHERS:
-        for way in WAYS[1:]:
-            value = {"known": "false", "considered": "considered", "estimated": "true"}[way]
+        for way, value in WAYS.items():
             runs[f"{name}, {way}"] = run(recording, f"{way}-{name[0]}", "--estimator", name, *clock, *EXPECTED,
                                          *(calibrate(value) if way != "known" else []))
         errors[name] = errors_of(runs[f"{name}, estimated"], wrong)
@@ -285,7 +284,7 @@ def smoothed() -> str:
     with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
         done = list(pool.map(smoothed_run, SEEDS))
     rows = [[f"{name}, {way}", *scores([runs[f"{name}, {way}"] for runs, _ in done])]
-            for name in SMOOTHERS for way in WAYS]
+            for name in SMOOTHERS for way in ("exact", *WAYS)]
     groups = {name: grouped(errors[name] for _, errors in done) for name in SMOOTHERS}
     squares = [[group, *(number(statistics.mean(e * e for e in of_name[group]), 2) for of_name in groups.values())]
                for group in groups["batch"]]
@@ -315,7 +314,7 @@ def smoothed_imu() -> list[list[str]]:
     for name in SMOOTHERS:
         with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
             done = list(pool.map(lambda seed: of_imu(seed, False, 1, name), SEEDS))
-        for way in WAYS:
+        for way in ("exact", *WAYS):
             squares = [number(statistics.mean(e * e for _, of_names in done for key, (e, _) in of_names.items()
                                               if part in key), 2) if way == "estimated" else "-" for part in IMU_GROUPS]
             rows.append([f"{name}, {way}", *scores([runs[way] for runs, _ in done]), *squares])
@@ -383,7 +382,7 @@ def of_imu(seed: int, scale_alone: bool, cameras: int, estimator: str = "filter"
     chasles("simulate", "walk", *sets(*assignments(settings)), "--run", seed, "--quiet", "-o", recording)
     runs = {"exact": run(recording, "exact", *by)}
     wrong = WrongImu(recording, seed, scale_alone)
-    for name, value in (("known", "false"), ("considered", "considered"), ("estimated", "true")):
+    for name, value in WAYS.items():
         runs[name] = run(recording, name, *by, *sets(f"calibrate_imu={value}"), *SCALE_ALONE * scale_alone)
     shutil.rmtree(recording)
     estimated = runs["estimated"]

@@ -47,7 +47,6 @@ TEST(RunWindow, WithAnImuTheSame) {
   EXPECT_EQ(window.at("window").at("keyframes"), read_run(folder / "one").states.size());
   EXPECT_LT(window.at("ate_posyaw_m").get<double>(), 0.2);
   EXPECT_EQ(chasles(folder, command + "--realtime").code, 1);
-  EXPECT_EQ(chasles(folder, command + "--set calibrate_extrinsics=considered").code, 1);
 }
 
 // The live run shows the estimates of the window, not those of a filter.

@@ -37,7 +37,11 @@ struct InertialRunSettings {
 };
 
 /// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and a
+<<<<<<< HEAD
 /// considered calibration with a window.
+=======
+/// calibration of the IMU with a window or a batch.
+>>>>>>> considered
 void validate(const InertialRunSettings& settings);
 
 /// All settings of a stereo-velocity run.

@@ -30,15 +30,14 @@ struct InertialWindow::Implementation {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
-    if (!input.considered.empty()) {
-      throw UsageError("a window considers no calibration: found " +
-                       std::to_string(input.considered.size()) + " considered rows, expected none");
-    }
     add_start(input, graph);
     add_calibration(input, graph);
     if (graph.calibration) {
       smooth_detail::add_calibration(sliding.window, *graph.calibration, *input.calibration,
                                      graph.calibration_whitening, input.cameras.size());
+      sliding.window.considered = {
+          .rows = input.considered,
+          .covariance = graph.calibration->covariance(input.considered, input.considered)};
     }
     graph.keyframes.push_back({.time = input.start.time, .state = graph.start});
   }
@@ -65,6 +64,7 @@ struct InertialWindow::Implementation {
   void hang_on_camera(const PointView& first, AnchorFace face, WindowPoint& point) const;
   void initialise_landmarks();
   void read_states();
+  Eigen::MatrixXd calibration_covariance() const;
   Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
 
   InertialBatchInput input;  // without samples and frames
@@ -276,6 +276,18 @@ void InertialWindow::Implementation::read_states() {
   graph.cameras = calibrated(input.cameras, graph.calibration);
 }
 
+// The factor widens what is estimated.
+Eigen::MatrixXd InertialWindow::Implementation::calibration_covariance() const {
+  const Eigen::MatrixXd& prior = graph.calibration->covariance;
+  Eigen::MatrixXd P = sliding.calibration_covariance();
+  std::vector<int> rows;
+  for (int row = 0; row < static_cast<int>(P.rows()); ++row) {
+    if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
+  }
+  P(rows, rows) = widened(report.covariance_factor, P(rows, rows), prior(rows, rows));
+  return P;
+}
+
 Estimate InertialWindow::Implementation::estimate(Time time,
                                                   const SlidingWindow::Optimised& optimised) {
   const InertialState& state = graph.keyframes.back().state;
@@ -287,11 +299,10 @@ Estimate InertialWindow::Implementation::estimate(Time time,
   e.additive = state.biases();
   report.covariance_factor =
       settings.covariance_factor.value_or(sliding.walk().covariance_factor());
-  e.covariance = report.covariance_factor * sliding.newest_covariance();
+  e.covariance = sliding.newest_covariance(report.covariance_factor);
   if (graph.calibration) {
     e.calibration = graph.calibration;
-    e.calibration->covariance = widened(report.covariance_factor, sliding.calibration_covariance(),
-                                        graph.calibration->covariance);
+    e.calibration->covariance = calibration_covariance();
   }
   for (const auto& [number, point] : window.points) {
     e.used += static_cast<int>(std::ranges::count_if(
@@ -336,9 +347,7 @@ std::vector<Estimate> InertialWindow::finish() {
 bool InertialWindow::waiting() const { return !of_->waiting.empty(); }
 
 std::vector<MapLandmark> InertialWindow::map() const {
-  std::vector<MapLandmark> map = of_->sliding.map();
-  for (MapLandmark& l : map) l.covariance *= of_->report.covariance_factor;
-  return map;
+  return of_->sliding.map(of_->report.covariance_factor);
 }
 
 std::vector<LandmarkId> InertialWindow::in_window() const {

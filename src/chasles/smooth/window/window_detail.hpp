@@ -115,6 +115,12 @@ struct WindowPrior {
   Eigen::VectorXd scale_direction = {};  ///< derivative of y if all lengths grow
 };
 
+/// Errors of the calibration that no step moves, and their covariance.
+struct WindowConsidered {
+  std::vector<int> rows = {};  ///< of the calibration's errors
+  Eigen::MatrixXd covariance = {};
+};
+
 struct Window {
   BlockSizes sizes;  ///< of a keyframe; the counts are not used
   const ErrorChart* chart = nullptr;
@@ -125,6 +131,7 @@ struct Window {
   std::deque<WindowKeyframe> keyframes = {};
   std::vector<double> calibration = {};  ///< the numbers of sizes.calibration; always in the prior
   std::vector<std::vector<std::size_t>> camera_blocks = {};  ///< of them, those of each camera
+  WindowConsidered considered = {};
   std::vector<ChainTerm> terms = {};
   std::map<int, WindowPoint> points = {};
   WindowPrior prior = {};
@@ -180,7 +187,11 @@ Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V);
 
 /// The uncertainty of the window after the last step.
 struct WindowFactor {
-  Eigen::MatrixXd L;                    ///< lower triangle: S = L L^T
+  /// Lower triangle: S = L L^T, where rows and columns of considered errors are the identity's.
+  Eigen::MatrixXd L;
+  /// L^-1 S_c, of the columns S_c of S by the considered errors, without their own rows. Minus
+  /// L^-T times this is the derivative of the window's errors at the minimum by them.
+  Eigen::MatrixXd by_considered = {};
   std::optional<WindowRows> rows = {};  ///< of L; none: the window was not fully observable
 
   /// Whether it still has the same keyframes.
@@ -219,20 +230,28 @@ Culled cull(Window& window, double gate);
 Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const WindowView& view);
 
 /// The covariance of the newest keyframe's errors, reference chart; NaN without a factor.
-Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor);
+/// `covariance_factor` multiplies it, but for what considered errors add.
+Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor,
+                                  double covariance_factor = 1);
 
 /// The covariance of the calibration's errors; the factor must have rows.
-Eigen::MatrixXd calibration_covariance(const WindowFactor& factor);
+Eigen::MatrixXd calibration_covariance(const Window& window, const WindowFactor& factor);
 
 /// Adds the calibration, at these values, with a prior of that mean and whitening (W^T W =
 /// covariance^-1), before there is any keyframe. `cameras`: their number.
 void add_calibration(Window& window, const Calibration& at, const Calibration& mean,
                      const Eigen::MatrixXd& whitening, std::size_t cameras);
 
-/// A landmark as an entry of the map; none where its inverse depth is not positive, and without a
-/// factor. The factor must fit the window.
-std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
-                                        int point);
+/// A landmark as an entry of the map, and what considered errors add to its covariance.
+struct WindowLandmark {
+  MapLandmark landmark;
+  Eigen::Matrix3d added = Eigen::Matrix3d::Zero();
+};
+
+/// None where its inverse depth is not positive, and without a factor. The factor must fit the
+/// window.
+std::optional<WindowLandmark> map_landmark(const Window& window, const WindowFactor& factor,
+                                           int point);
 
 /// Marginalises the oldest keyframe and its observations into the prior. Landmarks that it observed
 /// and the newest keyframe does not are marginalised with all their views. Those that are still

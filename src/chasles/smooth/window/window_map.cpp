@@ -29,29 +29,55 @@ Clone clone_of(const Window& window, int keyframe) {
   return {.id = keyframe, .world_T_imu = read_pose(window.keyframe(keyframe).motion.data())};
 }
 
-Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor) {
+namespace {
+
+// What considered errors add to the covariance of x: `by` its derivative by them with all other
+// errors fixed, `whitened` L^-1 times the transposed one by the others, of the last rows.
+Eigen::MatrixXd added(const Window& window, const WindowFactor& factor,
+                      const Eigen::MatrixXd& whitened, Eigen::MatrixXd by) {
+  by.noalias() -= whitened.transpose() * factor.by_considered.bottomRows(whitened.rows());
+  return by * window.considered.covariance * by.transpose();
+}
+
+}  // namespace
+
+Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor,
+                                  double covariance_factor) {
   const int n = window.sizes.errors();
   if (!factor.rows) return Eigen::MatrixXd::Constant(n, n, std::nan(""));
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
   factor.L.bottomRightCorner(n, n).triangularView<Eigen::Lower>().solveInPlace(inverse);
-  return inverse.transpose() * inverse;
+  Eigen::MatrixXd P = covariance_factor * (inverse.transpose() * inverse);
+  const auto considered = std::ssize(window.considered.rows);
+  if (considered > 0) P += added(window, factor, inverse, Eigen::MatrixXd::Zero(n, considered));
+  return P;
 }
 
-Eigen::MatrixXd calibration_covariance(const WindowFactor& factor) {
+Eigen::MatrixXd calibration_covariance(const Window& window, const WindowFactor& factor) {
   const WindowRows& rows = *factor.rows;
   const int n = rows.calibration_errors, count = rows.size - rows.calibration;
+  const std::vector<int>& considered = window.considered.rows;
   Eigen::MatrixXd C = Eigen::MatrixXd::Identity(count, n);
+  Eigen::MatrixXd by_considered = Eigen::MatrixXd::Zero(n, std::ssize(considered));
+  for (std::size_t i = 0; i < considered.size(); ++i) {
+    C.col(considered[i]).setZero();
+    by_considered(considered[i], static_cast<Eigen::Index>(i)) = 1;
+  }
   dense::solve_lower(factor.L.bottomRightCorner(count, count), C);
-  return C.transpose() * C;
+  Eigen::MatrixXd P = C.transpose() * C;
+  if (!considered.empty()) P += added(window, factor, C, by_considered);
+  return P;
 }
 
-std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
-                                        int number) {
+std::optional<WindowLandmark> map_landmark(const Window& window, const WindowFactor& factor,
+                                           int number) {
   if (!factor.rows) return std::nullopt;
   const WindowPoint& point = window.points.at(number);
   const WindowRows& rows = *factor.rows;
-  MapLandmark landmark{
-      .id = point.id, .p_world = point.parameters, .observations = point.observations};
+  WindowLandmark result{.landmark = {.id = point.id,
+                                     .p_world = point.parameters,
+                                     .observations = point.observations}};
+  MapLandmark& landmark = result.landmark;
   Eigen::Matrix3d by_point = Eigen::Matrix3d::Identity();
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(rows.size, 3);  // d p_world / d errors, transposed
   if (window.anchored) {
@@ -82,12 +108,20 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     }
     landmark.covariance = by_information * by_point.transpose();
   }
+  const std::vector<int>& considered = window.considered.rows;
+  Eigen::MatrixXd by_considered(3, std::ssize(considered));
+  for (std::size_t i = 0; i < considered.size(); ++i) {
+    auto row = C.row(rows.calibration + considered[i]);
+    by_considered.col(static_cast<Eigen::Index>(i)) = row.transpose();
+    row.setZero();
+  }
   // Rows above the first nonzero row stay zero.
   const int first = point.in_prior ? rows.points.at(number) : rows.calibration;
   const int count = rows.size - first;
   dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));
   landmark.covariance += C.bottomRows(count).transpose() * C.bottomRows(count);
-  return landmark;
+  if (!considered.empty()) result.added = added(window, factor, C.bottomRows(count), by_considered);
+  return result;
 }
 
 }  // namespace chasles::smooth_detail

@@ -100,11 +100,16 @@ SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
   return optimised;
 }
 
-std::vector<MapLandmark> SlidingWindow::map() {
+std::vector<MapLandmark> SlidingWindow::map(double covariance_factor) {
   refresh();
-  std::vector<MapLandmark> all = left_;
+  std::vector<MapLandmark> all;
+  const auto add = [&](const WindowLandmark& of) {
+    MapLandmark& landmark = all.emplace_back(of.landmark);
+    landmark.covariance = covariance_factor * landmark.covariance + of.added;
+  };
+  std::ranges::for_each(left_, add);
   for (const auto& [number, point] : window.points) {
-    if (const auto landmark = map_landmark(window, factor_, number)) all.push_back(*landmark);
+    if (const auto landmark = map_landmark(window, factor_, number)) add(*landmark);
   }
   return all;
 }

@@ -36,15 +36,15 @@ class SlidingWindow {
   };
   Optimised optimise(WindowReport& report);
 
-  Eigen::MatrixXd newest_covariance() const {
-    return smooth_detail::newest_covariance(window, factor_);
+  Eigen::MatrixXd newest_covariance(double covariance_factor = 1) const {
+    return smooth_detail::newest_covariance(window, factor_, covariance_factor);
   }
   Eigen::MatrixXd calibration_covariance() const {
-    return smooth_detail::calibration_covariance(factor_);
+    return smooth_detail::calibration_covariance(window, factor_);
   }
   /// All landmarks that have left, and those in the window (without a finite minimum: only the
-  /// former).
-  std::vector<MapLandmark> map();
+  /// former). The factor multiplies their covariances as that of the newest keyframe.
+  std::vector<MapLandmark> map(double covariance_factor = 1);
   int map_size() const { return static_cast<int>(left_.size() + window.points.size()); }
 
   /// Of the residuals of the keyframes that have left.
@@ -58,7 +58,7 @@ class SlidingWindow {
   BatchSettings settings_;
   WindowFactor factor_;
   ResidualWalk walk_;
-  std::vector<MapLandmark> left_;
+  std::vector<WindowLandmark> left_;
   int next_point_ = 0;
 };
 

@@ -32,9 +32,17 @@ void restore(const Numbers& numbers, Window& window) {
   window.stale = true;
 }
 
+// Whether none of its errors moves. A step of zero would orthonormalise the rotation.
+bool is_held(const Window& window, const CalibrationBlocks::Block& block) {
+  return std::ranges::count_if(window.considered.rows, [&](int row) {
+           return row >= block.row && row < block.row + block.errors;
+         }) == block.errors;
+}
+
 void move_calibration(const WindowRows& rows, const Eigen::VectorXd& step, Window& window) {
   const ChartManifold extrinsics(kStandardChart, false);
   for (const auto& block : window.sizes.calibration.all()) {
+    if (is_held(window, block)) continue;
     double* x = window.calibration.data() + block.number;
     const double* by = step.data() + rows.calibration + block.row;
     if (block.is_pose) {
@@ -82,13 +90,41 @@ void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, W
   window.stale = true;
 }
 
+// The columns of S by the considered errors, without their own rows. In the system, these rows and
+// columns become the identity's.
+Eigen::MatrixXd take_considered(const Window& window, const WindowRows& rows,
+                                WindowSystem& system) {
+  const std::vector<int>& considered = window.considered.rows;
+  Eigen::MatrixXd& S = system.S;
+  Eigen::MatrixXd columns(S.rows(), std::ssize(considered));
+  Eigen::Index column = 0;
+  for (const int of : considered) {
+    const int row = rows.calibration + of;
+    columns.col(column).head(row) = S.row(row).head(row).transpose();
+    columns.col(column++).tail(S.rows() - row) = S.col(row).tail(S.rows() - row);
+  }
+  for (const int of : considered) {
+    const int row = rows.calibration + of;
+    S.row(row).head(row).setZero();
+    S.col(row).tail(S.rows() - row).setZero();
+    S(row, row) = 1;
+    system.g[row] = 0;
+    columns.row(row).setZero();
+  }
+  return columns;
+}
+
 // False: the system is not positive definite.
 bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
   const WindowRows rows(window);
   WindowSystem system = normal_equations(window, rows, damping);
   factor.rows.reset();
+  const bool considers = !window.considered.rows.empty();
+  Eigen::MatrixXd columns;
+  if (considers) columns = take_considered(window, rows, system);
   if (!dense::cholesky(system.S)) return false;
-  factor = {.L = std::move(system.S), .rows = rows};
+  if (considers) dense::solve_lower(system.S, columns);
+  factor = {.L = std::move(system.S), .by_considered = std::move(columns), .rows = rows};
   g = std::move(system.g);
   return true;
 }
