@@ -15,28 +15,6 @@ void check_keyframes(const EstimatorChoice& choice) {
   }
 }
 
-<<<<<<< HEAD
-void check_window(const InertialSlamSettings& settings) {
-  const auto check = [](const char* name, Calibrate value) {
-    if (value != Calibrate::kConsidered) return;
-    throw UsageError(std::string(name) +
-                     ": found considered, expected true or false with a window; filter and batch "
-                     "consider a calibration");
-  };
-  check("calibrate_extrinsics", settings.calibrate_extrinsics);
-  check("calibrate_intrinsics", settings.calibrate_intrinsics);
-  check("calibrate_readout", settings.calibrate_readout);
-  check("calibrate_time_offset", settings.calibrate_time_offset);
-=======
-void check_smoothing(const InertialSlamSettings& settings) {
-  if (!settings.has_imu()) return;
-  throw UsageError(
-      "calibrate_imu: found " + setting_text(settings.calibrate_imu) +
-      ", expected false with batch or window, which take the IMU as calibrated; run the filter "
-      "first, and use the calibration that it estimates");
->>>>>>> considered
-}
-
 }  // namespace
 
 EstimatorChoice estimator_choice(std::string_view text, std::string_view setting) {
@@ -67,11 +45,6 @@ void validate(const InertialRunSettings& settings) {
   validate(settings.frontend);
   validate(settings.batch);
   check_keyframes(settings.estimator);
-<<<<<<< HEAD
-  if (settings.estimator.is_window()) check_window(settings.filter);
-=======
-  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
->>>>>>> considered
 }
 
 void validate(const VelocityRunSettings& settings) {

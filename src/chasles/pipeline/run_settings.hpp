@@ -36,12 +36,7 @@ struct InertialRunSettings {
   BatchSettings batch = {};  ///< for batch and window
 };
 
-/// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and a
-<<<<<<< HEAD
-/// considered calibration with a window.
-=======
-/// calibration of the IMU with a window or a batch.
->>>>>>> considered
+/// Throws UsageError for a part that cannot be used, and a window of fewer than two keyframes.
 void validate(const InertialRunSettings& settings);
 
 /// All settings of a stereo-velocity run.

@@ -338,19 +338,7 @@ TEST(Run, SettingsThatCannotBeUsedAreRejectedFirst) {
     expect_rejected(words, [&] { make_estimator(settings, sensors); });
   };
   const InertialSensors imu = inertial_sensors(hallway());
-<<<<<<< HEAD
   InertialRunSettings wrong = inertial("window:5");
-  wrong.filter.calibrate_extrinsics = Calibrate::kConsidered;
-  rejected("calibrate_extrinsics: found considered", wrong, imu);
-  wrong = inertial("window:5");
-  wrong.filter.calibrate_time_offset = Calibrate::kConsidered;
-  rejected("calibrate_time_offset: found considered", wrong, imu);
-=======
-  InertialRunSettings wrong = inertial("batch");
-  wrong.filter.calibrate_imu = Calibrate::kTrue;
-  rejected("calibrate_imu: found 'true', expected false with batch or window", wrong, imu);
->>>>>>> considered
-  wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;
   rejected("window of 1 keyframes", wrong, imu);
   wrong = inertial("batch");

@@ -47,6 +47,22 @@ TEST(WindowImu, OfAllKeyframesIsThatOfTheBatch) {
   }
 }
 
+// Nor do its values move where it is considered.
+TEST(WindowImu, IsConsideredAsByTheBatch) {
+  CalibrationScene scene =
+      imu_scene({.frames = 24, .noise = 0.01, .landmarks = 40, .seed = 4}, 0.01);
+  scene.consider_all();
+  BatchSettings settings = exact_settings(LandmarkForm::kInverseDepth);
+  settings.min_parallax = 0;
+  settings.loops = false;
+  const Estimate window = slide(scene.input, "right-sen3", settings, 6).estimates.back();
+  const Estimate batch = smooth(scene.input, "right-sen3", settings).estimates.back();
+  EXPECT_EQ(window.calibration->imu->parameters(), scene.input.calibration->imu->parameters());
+  EXPECT_LT(covariance_difference(window.covariance, batch.covariance), 0.02);
+  EXPECT_LT(covariance_difference(window.calibration->covariance, batch.calibration->covariance),
+            0.02);
+}
+
 // With hardly any noise the problem is linear: it knows no more than the batch, and hardly less.
 TEST(WindowImu, OfFewKeyframesIsNearThatOfTheBatch) {
   for (const LandmarkForm form : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
