@@ -29,6 +29,7 @@ constexpr double kInfinitelyFar = 1e-12;  // parallax of the baseline [rad]
 // A view relative to the anchor. Lengths are in units of the baseline.
 struct Ray {
   const Camera* camera = nullptr;
+  bool sees_beside = false;  // the camera
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();  // of the camera [m]
   Eigen::Matrix3d cam_R_world = Eigen::Matrix3d::Identity();
@@ -72,6 +73,7 @@ std::optional<Rays> rays_of(std::span<const View> views, std::pmr::memory_resour
     if (!world_T_cam.R.allFinite() || !world_T_cam.p.allFinite()) return std::nullopt;
     Ray ray;
     ray.camera = view.camera;
+    ray.sees_beside = sees_beside(*view.camera);
     ray.pixel = view.pixel;
     ray.centre_world = world_T_cam.p;
     ray.cam_R_world = world_T_cam.R.transpose();
@@ -127,10 +129,11 @@ std::optional<Image> image_beside(const Camera& camera, const Eigen::Vector3d& s
                .d_point = projection->d_point / length * d_point};
 }
 
-std::optional<Image> image_of(const Camera& camera, const Eigen::Vector3d& seen,
+std::optional<Image> image_of(const Ray& view, const Eigen::Vector3d& seen,
                               const Eigen::Matrix3d& d_point) {
+  const Camera& camera = *view.camera;
   if (!seen.allFinite()) return std::nullopt;
-  if (!is_ahead(seen) && sees_beside(camera)) return image_beside(camera, seen, d_point);
+  if (view.sees_beside && !is_ahead(seen)) return image_beside(camera, seen, d_point);
   if (!(seen.z() > 0)) return std::nullopt;
   const Eigen::Vector2d xy = seen.head<2>() / seen.z();
   const std::optional<DistortedPoint> bent = distort(camera, xy);
@@ -148,7 +151,7 @@ std::optional<Normal> normal_equations(const Rays& rays, const InverseDepthPoint
     Eigen::Matrix3d d_point = view.cam_R_anchor;
     d_point.col(2) = view.p_cam_anchor;
     const Eigen::Vector3d seen = d_point * point + view.cam_R_anchor.col(2);
-    const std::optional<Image> image = image_of(*view.camera, seen, d_point);
+    const std::optional<Image> image = image_of(view, seen, d_point);
     if (!image) return std::nullopt;
     const Eigen::Vector2d principal(view.camera->cx, view.camera->cy);
     const Eigen::Vector2d residual = view.pixel - principal - image->from_centre;
@@ -245,7 +248,7 @@ bool far_enough(const Rays& rays, const Eigen::Vector3d& p_world) {
   return std::ranges::all_of(rays.views, [&](const Ray& view) {
     const Eigen::Vector3d ray = p_world - view.centre_world;
     if (view.cam_R_world.row(2).dot(ray) > kMinDepth) return true;
-    return sees_beside(*view.camera) && ray.norm() > kMinDepth;
+    return view.sees_beside && ray.norm() > kMinDepth;
   });
 }
 

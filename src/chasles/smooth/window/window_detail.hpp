@@ -65,13 +65,14 @@ struct PointLinear {
              by_anchor = Matrix6d::Zero();  ///< with the first pose block
     Matrix63d W = Matrix63d::Zero();
     Vector6d g = Vector6d::Zero();
-    Eigen::Matrix<double, 6, Eigen::Dynamic> by_calibration = {};  ///< empty: zero
   };
   /// By the errors of the calibration, if it is estimated.
   struct CalibrationBlock {
     Eigen::MatrixXd H = {};
     Eigen::Matrix<double, Eigen::Dynamic, 3> W = {};
     Eigen::VectorXd g = {};
+    /// By the poses, too, in the order of their blocks; the last ones may be missing: zero.
+    std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> by_pose = {};
   };
   std::vector<PoseBlock> pose_blocks = {};  ///< that of the anchor first, if any
   CalibrationBlock calibration = {};

@@ -28,8 +28,8 @@ struct Written {
 
 // The blocks on which a view depends, and what it writes.
 struct ViewBlocks {
-  std::array<const double*, 3 + kMostBlocks> x{};
-  std::array<double*, 3 + kMostBlocks> J{};
+  std::array<const double*, 3 + kMostBlocks> x;
+  std::array<double*, 3 + kMostBlocks> J;
   std::size_t count = 0;
 
   void add(const double* numbers, double* derivative) {
@@ -50,7 +50,8 @@ template <int Rows>
 void add(const Written& at, double weight, int width, PointLinear::PoseBlock* view,
          PointLinear::PoseBlock* anchor, PointLinear& linear) {
   const Eigen::Map<const Eigen::Matrix<double, Rows, 1>> r(at.residual.data());
-  const Rowwise<Rows, 3> P(at.by_point.data(), Eigen::OuterStride<>(3));
+  const Eigen::Matrix<double, Rows, 3> P =
+      Rowwise<Rows, 3>(at.by_point.data(), Eigen::OuterStride<>(3));
   const Eigen::Matrix<double, 3, Rows> Pt = weight * P.transpose();
   linear.V.noalias() += Pt * P;
   linear.b.noalias() += Pt * r;
@@ -102,7 +103,7 @@ bool is_of_anchor(const Window& window, const WindowPoint& point, const WindowVi
 
 // Of the calibration, those on which a view depends.
 struct OwnBlocks {
-  std::array<std::size_t, kMostBlocks> of{};
+  std::array<std::size_t, kMostBlocks> of;
   std::size_t count = 0;
 };
 
@@ -117,7 +118,7 @@ OwnBlocks calibration_of(const Window& window, const WindowPoint& point, const W
 }
 
 ViewBlocks blocks_of(const Window& window, const WindowPoint& point, const WindowView& view,
-                     Written& at) {
+                     const OwnBlocks& calibration, Written& at) {
   const bool own = is_of_anchor(window, point, view);
   ViewBlocks blocks;
   if (!own) blocks.add(window.keyframe(view.keyframe).motion.data(), at.by_view.data());
@@ -125,9 +126,8 @@ ViewBlocks blocks_of(const Window& window, const WindowPoint& point, const Windo
     blocks.add(window.keyframe(point.anchor).motion.data(), at.by_anchor.data());
   }
   blocks.add(point.parameters.data(), at.by_point.data());
-  const OwnBlocks own_blocks = calibration_of(window, point, view);
-  for (std::size_t i = 0; i < own_blocks.count; ++i) {
-    const auto& block = window.sizes.calibration.all()[own_blocks.of[i]];
+  for (std::size_t i = 0; i < calibration.count; ++i) {
+    const auto& block = window.sizes.calibration.all()[calibration.of[i]];
     blocks.add(window.calibration.data() + block.number, at.by_calibration[i].data());
   }
   return blocks;
@@ -138,21 +138,22 @@ using ByCalibration = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostNumber
 
 // Adds J^T K of a pose's derivative J and that by a block of the calibration, which begins at row.
 void add_pose_by_calibration(const std::array<double, kMostRows * kMotionNumbers>& by_pose,
-                             int width, const ByCalibration& K, int row, int errors,
-                             PointLinear::PoseBlock& pose) {
-  if (pose.by_calibration.cols() == 0) pose.by_calibration.setZero(6, errors);
+                             int width, const ByCalibration& K, int row,
+                             Eigen::Matrix<double, 6, Eigen::Dynamic>& sum) {
   const Eigen::Matrix<double, 2, 6> J = Rowwise<2, 6>(by_pose.data(), Eigen::OuterStride<>(width));
-  pose.by_calibration.middleCols(row, K.cols()).noalias() += J.transpose() * K;
+  sum.middleCols(row, K.cols()).noalias() += J.transpose() * K;
 }
 
+// `is_own`: the anchor's view of its landmark, which depends on no pose. That of others is the last
+// pose block.
 void add_calibration(const Window& window, const OwnBlocks& own, const Written& at, double weight,
-                     PointLinear::PoseBlock* of_view, PointLinear::PoseBlock* of_anchor,
-                     PointLinear& linear) {
-  if (own.count == 0) return;
+                     bool is_own, PointLinear& linear) {
   const Eigen::Map<const Eigen::Vector2d> r(at.residual.data());
   const Rowwise<2, 3> P(at.by_point.data(), Eigen::OuterStride<>(3));
   const auto& all = window.sizes.calibration.all();
   const int width = window.sizes.motion(), errors = window.sizes.calibration.errors();
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>>& by_pose = linear.calibration.by_pose;
+  while (by_pose.size() < linear.pose_blocks.size()) by_pose.emplace_back().setZero(6, errors);
   std::array<ByCalibration, kMostBlocks> d;
   for (std::size_t i = 0; i < own.count; ++i) {
     const auto& block = all[own.of[i]];
@@ -169,10 +170,9 @@ void add_calibration(const Window& window, const OwnBlocks& own, const Written& 
     }
     linear.calibration.W.middleRows(row, n).noalias() += K.transpose() * P;
     linear.calibration.g.segment(row, n).noalias() += K.transpose() * r;
-    if (of_view != nullptr) add_pose_by_calibration(at.by_view, width, K, row, errors, *of_view);
-    if (of_anchor != nullptr) {
-      add_pose_by_calibration(at.by_anchor, width, K, row, errors, *of_anchor);
-    }
+    if (is_own) continue;
+    add_pose_by_calibration(at.by_view, width, K, row, by_pose.back());
+    if (window.anchored) add_pose_by_calibration(at.by_anchor, width, K, row, by_pose.front());
   }
 }
 
@@ -181,22 +181,22 @@ void add_view(const Window& window, const WindowPoint& point, const WindowView& 
   const bool anchored = window.anchored, own = is_of_anchor(window, point, view);
   const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
   const int rows = cost.num_residuals();
-  ViewBlocks blocks = blocks_of(window, point, view, at);
+  const OwnBlocks calibration = calibration_of(window, point, view);
+  ViewBlocks blocks = blocks_of(window, point, view, calibration, at);
   cost.Evaluate(blocks.x.data(), at.residual.data(), blocks.J.data());
   const double s = square(at, rows);
   whitened_norm = std::sqrt(s);
   double weight = 1;
   linear.cost += loss_at(window, s, weight);
-  const OwnBlocks calibration = calibration_of(window, point, view);
   if (own) {
     add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
-    return add_calibration(window, calibration, at, weight, nullptr, nullptr, linear);
+  } else {
+    PointLinear::PoseBlock& pose_block =
+        pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
+    add(rows, at, weight, window.sizes.motion(), &pose_block,
+        anchored ? &linear.pose_blocks.front() : nullptr, linear);
   }
-  PointLinear::PoseBlock& pose_block =
-      pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
-  PointLinear::PoseBlock* anchor = anchored ? &linear.pose_blocks.front() : nullptr;
-  add(rows, at, weight, window.sizes.motion(), &pose_block, anchor, linear);
-  add_calibration(window, calibration, at, weight, &pose_block, anchor, linear);
+  if (calibration.count > 0) add_calibration(window, calibration, at, weight, own, linear);
 }
 
 void add_alone(const WindowPoint& point, PointLinear& linear) {
@@ -222,6 +222,7 @@ void begin(const Window& window, const WindowPoint& point, PointLinear& linear) 
   linear.calibration.H.setZero(errors, errors);
   linear.calibration.W.setZero(errors, 3);
   linear.calibration.g.setZero(errors);
+  linear.calibration.by_pose.clear();
 }
 
 double evaluate(const Window& window, WindowPoint& point) {
@@ -293,7 +294,9 @@ Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const W
       is_of_anchor(window, point, view) ? *view.at_anchor : *view.cost;
   Written unused;
   Eigen::VectorXd result(cost.num_residuals());
-  cost.Evaluate(blocks_of(window, point, view, unused).x.data(), result.data(), nullptr);
+  const OwnBlocks calibration = calibration_of(window, point, view);
+  cost.Evaluate(blocks_of(window, point, view, calibration, unused).x.data(), result.data(),
+                nullptr);
   return result;
 }
 

@@ -29,14 +29,15 @@ void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSy
   if (n > 0) {
     system.S.block(c, c, n, n) += linear.calibration.H;
     system.g.segment(c, n) += linear.calibration.g;
+    for (std::size_t k = 0; k < linear.calibration.by_pose.size(); ++k) {
+      const int i = rows.keyframe(linear.pose_blocks[k].keyframe);
+      system.S.block(i, c, 6, n) += linear.calibration.by_pose[k];
+    }
   }
   for (const PointLinear::PoseBlock& pose_block : linear.pose_blocks) {
     const int i = rows.keyframe(pose_block.keyframe);
     system.S.block<6, 6>(i, i) += pose_block.H;
     system.g.segment<6>(i) += pose_block.g;
-    if (pose_block.by_calibration.cols() > 0) {
-      system.S.block(i, c, 6, n) += pose_block.by_calibration;
-    }
     if (&pose_block == &linear.pose_blocks.front()) continue;
     const int a = rows.keyframe(linear.pose_blocks.front().keyframe);
     add_block(i, a, pose_block.by_anchor, system.S);
