@@ -8,6 +8,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/viewers/kml.hpp>
+#include <chasles/viewers/mps.hpp>
 #include <chasles/viewers/path_files.hpp>
 #include <chasles/viewers/ply.hpp>
 #include <chasles/viewers/run_mcap.hpp>
@@ -24,6 +25,12 @@ Files one_file(std::string bytes) { return {{.name = {}, .bytes = std::move(byte
 Files kitti_files(const ReportRun& run, const ExportChoice& choice) {
   KittiFiles kitti = run_kitti(run, choice.path);
   return {{"poses.txt", std::move(kitti.poses)}, {"times.txt", std::move(kitti.times)}};
+}
+
+Files mps_files(const ReportRun& run, const ExportChoice& choice) {
+  MpsFiles mps = run_mps(run, choice.path);
+  return {{"closed_loop_trajectory.csv", std::move(mps.trajectory)},
+          {"semidense_points.csv.gz", std::move(mps.points)}};
 }
 
 Recording recording_for(const char* format, const ExportChoice& choice) {
@@ -79,6 +86,7 @@ const std::vector<ExportFormat>& export_formats() {
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_euroc(r.run, c.path));
        }},
+      {"mps", "", "folder with trajectory and points for projectaria-tools", true, &mps_files},
       {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_umi(r, c.path, stamps_of_camera(recording_for("umi", c), r.summary)));

@@ -103,3 +103,40 @@ def test_umi_finds_the_pose_of_each_frame(walk):
     found = matrices(table[["x", "y", "z"]][tracked].to_numpy(), table[["q_x", "q_y", "q_z", "q_w"]][tracked].to_numpy())
     assert np.allclose(found, expected, atol=1e-12)
     assert not np.allclose(found, np.linalg.inv(expected), atol=0.1)
+
+
+def test_projectaria_tools_reads_trajectory_and_points(walk):
+    from projectaria_tools.core import mps
+    walk.export("mps", "mps/slam")
+    provider = mps.MpsDataProvider(mps.MpsDataPathsProvider(str(walk.folder / "mps")).get_data_paths())
+    assert provider.has_closed_loop_poses() and provider.has_semidense_point_cloud()
+    # For a missing column, or one number that it does not read, the reader returns an empty list without an error.
+    path = mps.read_closed_loop_trajectory(str(walk.folder / "mps/slam/closed_loop_trajectory.csv"))
+    assert len(path) == len(walk.time_ns)
+    poses = np.array([pose.transform_world_device.to_matrix() for pose in path])
+    assert np.allclose(poses, walk.world_T_imu, atol=1e-9)
+    assert [round(1e6 * pose.tracking_timestamp.total_seconds()) for pose in path] == (walk.time_ns // 1000).tolist()
+    assert np.allclose([pose.gravity_world for pose in path], [0, 0, -9.80665])
+    velocity = np.array([pose.device_linear_velocity_device for pose in path])
+    world = np.einsum("nij,nj->ni", walk.world_T_imu[:, :3, :3], velocity)
+    assert np.allclose(world, numbers(walk.states, "velocity_x", "velocity_y", "velocity_z"), atol=1e-9)
+    assert {pose.quality_score for pose in path} == {1.0}
+    points = mps.read_global_point_cloud(str(walk.folder / "mps/slam/semidense_points.csv.gz"))
+    landmarks = numbers(columns_of(walk.run / "landmarks.csv"), "x", "y", "z", "sigma")
+    assert len(points) == len(landmarks)
+    assert np.allclose([point.position_world for point in points], landmarks[:, :3], rtol=1e-9)
+    stds = np.array([point.distance_std for point in points])
+    assert (stds > 0).all() and (stds <= landmarks[:, 3] * 1.0001).all()
+    assert {point.graph_uid for point in points} == {pose.graph_uid for pose in path}
+
+
+def test_without_a_column_projectaria_tools_reads_nothing(walk, tmp_path):
+    """Why each column is there."""
+    from projectaria_tools.core import mps
+    lines = (walk.export("mps", "whole") / "closed_loop_trajectory.csv").read_text().splitlines()
+    names = lines[0].split(",")
+    for i, name in enumerate(names):
+        rows = [line.split(",") for line in lines[:5]]
+        cut = tmp_path / f"{name}.csv"
+        cut.write_text("\n".join(",".join(row[:i] + row[i + 1:]) for row in rows) + "\n")
+        assert mps.read_closed_loop_trajectory(str(cut)) == [], name
