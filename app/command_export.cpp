@@ -1,4 +1,3 @@
-#include <map>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -11,11 +10,10 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/run_folder/run.hpp>
-#include <chasles/viewers/kml.hpp>
-#include <chasles/viewers/ply.hpp>
-#include <chasles/viewers/run_mcap.hpp>
 #include <chasles/viewers/square.hpp>
 
+#include "export_formats.hpp"
+#include "options.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"
 
@@ -25,14 +23,11 @@ namespace {
 struct ExportOptions {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> outputs;
+  std::string format;  ///< of --as; empty: by the endings
   std::filesystem::path truth;
-  bool points = false, smoothed = false;
-  bool quiet = false;
+  ExportChoice choice;
+  bool smoothed = false, quiet = false;
 };
-
-RunPath path_of(const ExportOptions& o) {
-  return o.smoothed ? RunPath::kSmoothed : RunPath::kStates;
-}
 
 std::string truth_of(const ReportRun& run, const ExportOptions& o) {
   if (!nlohmann::ordered_json::parse(run.summary).value("truth_attitudes", true)) {
@@ -41,46 +36,49 @@ std::string truth_of(const ReportRun& run, const ExportOptions& o) {
                     "that has attitudes",
                     o.folder.string()));
   }
-  return square_truth(run.run, path_of(o));
+  return square_truth(run.run, o.choice.path);
 }
 
-using Writer = std::string (*)(const ReportRun& run, const ExportOptions& o);
-
-// Chooses the writer by the file's extension.
-Writer writer_for(const std::filesystem::path& file) {
-  static const std::map<std::string, Writer> writers{
-      {".mcap",
-       [](const ReportRun& r, const ExportOptions&) { return run_mcap(r, CHASLES_VERSION); }},
-      {".ply",
-       [](const ReportRun& r, const ExportOptions& o) {
-         return run_ply(r.run, o.points ? PlyEdges::kNo : PlyEdges::kYes);
-       }},
-      {".kml", [](const ReportRun& r, const ExportOptions&) { return run_kml(r.run); }},
-      {".square", [](const ReportRun& r, const ExportOptions& o) {
-         return run_square(r.run, path_of(o), CHASLES_VERSION);
-       }}};
-  const std::string ending = file.extension().string();
-  const auto writer = writers.find(ending);
-  if (writer != writers.end()) return writer->second;
-  throw UsageError(fmt::format("-o: {} ends with '{}', expected .mcap, .ply, .kml or .square",
-                               file.string(), ending));
+void print_size(const std::filesystem::path& file, const std::string& bytes, bool quiet) {
+  if (!quiet)
+    app::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
 }
 
 void write(const std::filesystem::path& file, const std::string& bytes, bool quiet) {
   if (file.has_parent_path()) make_folder(file.parent_path());
   replace_file(file, bytes);
-  if (!quiet)
-    app::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
+  print_size(file, bytes, quiet);
 }
 
-int export_run(const ExportOptions& o) {
-  for (const std::filesystem::path& file : o.outputs) writer_for(file);
+// Replaces earlier files of these names as a whole. Others in the folder stay.
+void write(const std::filesystem::path& folder, const std::vector<ExportedFile>& files,
+           bool quiet) {
+  make_folder(folder);
+  FileSet set(folder, files.front().name);
+  for (const ExportedFile& file : files) set.add(file.name, file.bytes);
+  set.commit();
+  for (const ExportedFile& file : files) print_size(folder / file.name, file.bytes, quiet);
+}
+
+int export_run(ExportOptions o) {
+  if (o.smoothed) o.choice.path = RunPath::kSmoothed;
+  if (!o.format.empty() && o.outputs.size() > 1) {
+    throw UsageError(
+        fmt::format("--as {}: found {} outputs, expected one -o", o.format, o.outputs.size()));
+  }
+  for (const std::filesystem::path& output : o.outputs) export_format(o.format, output);
   const ReportRun run{.run = read_run(o.folder),
                       .summary = json_text(read_summary(o.folder)),
                       .label = folder_name(o.folder)};
   if (!o.truth.empty()) write(o.truth, truth_of(run, o), o.quiet);
-  for (const std::filesystem::path& file : o.outputs) {
-    write(file, writer_for(file)(run, o), o.quiet);
+  for (const std::filesystem::path& output : o.outputs) {
+    const ExportFormat& format = export_format(o.format, output);
+    const std::vector<ExportedFile> files = format.files(run, o.choice);
+    if (format.is_folder) {
+      write(output, files, o.quiet);
+    } else {
+      write(output, files.front().bytes, o.quiet);
+    }
   }
   return 0;
 }
@@ -93,18 +91,27 @@ Action declare_export(CLI::App& parser) {
       ->required()
       ->type_name("");
   parser
-      .add_option("-o,--output", o->outputs,
-                  "File whose extension chooses the format; may be repeated. .mcap: for Foxglove "
-                  "and Rerun; .ply: map and trajectories, for CloudCompare, MeshLab, Blender; "
-                  ".kml: trajectories on the Earth, for a georeferenced recording; .square: poses "
-                  "with covariances, for smfeval")
+      .add_option(
+          "-o,--output", o->outputs,
+          "File whose extension chooses the format; may be repeated. " + export_endings_help())
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
-  parser.add_flag("--points", o->points,
+  parser
+      .add_option(
+          "--as", o->format,
+          "Format of -o, whatever its name. Those without an extension are " + export_names_help())
+      ->type_name(export_names());
+  parser.add_flag("--points", o->choice.points,
                   "In .ply no lines between the positions of a trajectory: for readers of point "
                   "clouds that reject edges, such as meshio");
-  parser.add_flag("--smoothed", o->smoothed, "In .square and --truth the smoothed path");
+  parser
+      .add_option("--recording", o->choice.recording,
+                  "The recording of the run, for formats with a row or an image of each frame")
+      ->check(require_path)
+      ->type_name("RECORDING");
+  parser.add_flag("--smoothed", o->smoothed,
+                  "The smoothed path, in formats of one path and in --truth");
   parser
       .add_option("--truth", o->truth,
                   "Also write the truth at the times of the poses, in the world of the run (TUM): "

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 
 #include <nlohmann/json.hpp>
@@ -56,9 +57,49 @@ TEST(Export, WhatCannotBeDoneIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.kml"));
   outcome = chasles(folder, "export out -o run.bag");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("expected .mcap, .ply, .kml or .square"), std::string::npos)
+  EXPECT_NE(
+      outcome.err.find("expected .mcap, .ply, .kml, .square, .tum, or --as with one of kitti,"),
+      std::string::npos)
       << outcome.err;
   EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
+}
+
+TEST(Export, TheFormatIsChosenByItsNameToo) {
+  const Scratch folder;
+  simulate_and_run(folder);
+  for (const char* what :
+       {"out --as tum -o poses.txt", "out -o poses.tum", "out --as kitti -o kitti",
+        "out --as kitti -o kitti",  // replaces its files
+        "out --as euroc -o data.csv", "out --as umi --recording rec -o umi.csv"}) {
+    const Outcome outcome = chasles(folder, std::string("export ") + what);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  EXPECT_TRUE(slurp(folder / "poses.tum") == slurp(folder / "poses.txt"));
+  const auto lines = [](const std::string& text) { return std::ranges::count(text, '\n'); };
+  const auto states = static_cast<long>(read_run(folder / "out").states.size());
+  EXPECT_EQ(lines(slurp(folder / "kitti/poses.txt")), states);
+  EXPECT_EQ(lines(slurp(folder / "kitti/times.txt")), states);
+  EXPECT_EQ(lines(slurp(folder / "data.csv")), states + 1);
+  EXPECT_GE(lines(slurp(folder / "umi.csv")), states + 1);
+  // The project's own reader takes EuRoC's form.
+  const Outcome evaluated = chasles(folder, "evaluate out/trajectory.tum data.csv");
+  EXPECT_EQ(evaluated.code, 0) << evaluated.err;
+}
+
+TEST(Export, WhatAFormatLacksIsSaid) {
+  const Scratch folder;
+  simulate_and_run(folder);
+  expect_error(chasles(folder, "export out --as tumm -o a"), 1,
+               "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|umi");
+  expect_error(chasles(folder, "export out --as tum -o a -o b"), 1, "found 2 outputs");
+  expect_error(chasles(folder, "export out --as umi -o a"), 1, "expected --recording");
+  expect_error(chasles(folder, "export out --as umi -o a --recording none"), 2, "none");
+  expect_error(chasles(folder, "export out --as mps -o a"), 2, "does not know gravity");
+  spill(folder / "file", "");
+  expect_error(chasles(folder, "export out --as kitti -o file"), 1,
+               "file: the folder cannot be made");
+  expect_error(chasles(folder, "export out --as tum -o rec"), 1, "rec");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a"));
 }
 
 TEST(Export, PosesWithCovariancesAndTheirTruthAreOfOnePath) {

@@ -11,6 +11,7 @@
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/point_cloud.hpp>
 #include <chasles/viewers/recognition_messages.hpp>
+#include <chasles/viewers/run_path.hpp>
 
 namespace chasles {
 namespace {
@@ -18,8 +19,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kMarker = 0.3;  // diameter of a closure's sphere [m]
-
-bool is_finite(const SE3& pose) { return pose.p.allFinite() && pose.R.allFinite(); }
 
 // The state at that time, or the first after it; null where there is none.
 const RunState* state_at(const Run& run, Time time) {

@@ -1,48 +1,15 @@
 #include <cmath>
 #include <iterator>
-#include <vector>
 
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/codec/numbers.hpp>
-#include <chasles/codec/parse.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/viewers/square.hpp>
 
 namespace chasles {
 namespace {
-
-// The finite poses of that path.
-std::vector<SmoothedPose> poses_of(const Run& run, RunPath path) {
-  std::vector<SmoothedPose> poses = run.smoothed;
-  if (path == RunPath::kStates) {
-    poses.clear();
-    for (const RunState& s : run.states) {
-      poses.push_back(
-          {.time = s.time, .world_T_imu = s.world_T_imu, .pose_covariance = s.pose_covariance});
-    }
-  }
-  if (poses.empty()) {
-    throw InputError(fmt::format("run '{}' has no {}, expected {}", run.name,
-                                 path == RunPath::kSmoothed ? "smoothed.csv" : "row in states.csv",
-                                 path == RunPath::kSmoothed
-                                     ? "the run of a filter with exact_map (docs/map.md)"
-                                     : "a run that was initialised"));
-  }
-  std::erase_if(poses, [](const SmoothedPose& s) {
-    return !s.world_T_imu.p.allFinite() || !s.world_T_imu.R.allFinite();
-  });
-  return poses;
-}
-
-void append_pose(const StampedPose& row, std::string& text) {
-  const Eigen::Vector4d q = unit_quaternion(row.pose.R);
-  const Eigen::Vector3d& p = row.pose.p;
-  fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}", seconds_text(row.time), p.x(),
-                 p.y(), p.z(), q[0], q[1], q[2], q[3]);
-}
 
 // Of [translation; rotation] in the axes of the IMU.
 Matrix6d body_covariance(const SmoothedPose& s) {
@@ -63,9 +30,9 @@ std::string run_square(const Run& run, RunPath path, std::string_view version) {
       "#%TANGENT_CONVENTION right_perturbation\n#%TANGENT_ORDER translation_rotation\n"
       "#%ROTATION_PARAM axis_angle\n",
       version);
-  for (const SmoothedPose& s : poses_of(run, path)) {
+  for (const SmoothedPose& s : path_poses(run, path)) {
     if (std::isnan(normalised_square(Vector6d::Zero(), s.pose_covariance))) continue;
-    append_pose({.time = s.time, .pose = s.world_T_imu}, text);
+    append_tum(s.time, s.world_T_imu, text);
     const Matrix6d P = body_covariance(s);
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j <= i; ++j) fmt::format_to(std::back_inserter(text), " {}", P(i, j));
@@ -83,7 +50,7 @@ std::string square_truth(const Run& run, RunPath path) {
                     run.name));
   }
   Trajectory estimate;
-  for (const SmoothedPose& s : poses_of(run, path)) {
+  for (const SmoothedPose& s : path_poses(run, path)) {
     estimate.push_back({.time = s.time, .pose = s.world_T_imu});
   }
   const MatchedTrajectories matched = associate(estimate, run.truth, run.pairing);
@@ -91,8 +58,7 @@ std::string square_truth(const Run& run, RunPath path) {
   const SE3 world_T_truth = align(matched, first).truth_T_estimate.inverse();
   std::string text = "# t tx ty tz qx qy qz qw\n";
   for (std::size_t i = 0; i < matched.truth.size(); ++i) {
-    append_pose({.time = matched.estimate[i].time, .pose = world_T_truth * matched.truth[i].pose},
-                text);
+    append_tum(matched.estimate[i].time, world_T_truth * matched.truth[i].pose, text);
     text += '\n';
   }
   return text;

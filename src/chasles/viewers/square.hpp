@@ -3,12 +3,9 @@
 #include <string>
 #include <string_view>
 
-#include <chasles/run_folder/run.hpp>
+#include <chasles/viewers/run_path.hpp>
 
 namespace chasles {
-
-/// Which poses of a run: those of states.csv, or those of smoothed.csv.
-enum class RunPath { kStates, kSmoothed };
 
 /// The poses world_T_imu with their covariances in SQUARE 0.3, the text format of smfeval
 /// (docs/formats.md): of X = Xhat Exp(xi) the covariance of xi = [translation; rotation], IMU axes,

@@ -1,0 +1,137 @@
+#include "export_formats.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chasles/base/error.hpp>
+#include <chasles/recording/readers.hpp>
+#include <chasles/viewers/kml.hpp>
+#include <chasles/viewers/mps.hpp>
+#include <chasles/viewers/path_files.hpp>
+#include <chasles/viewers/ply.hpp>
+#include <chasles/viewers/run_mcap.hpp>
+#include <chasles/viewers/square.hpp>
+#include <chasles/viewers/umi.hpp>
+
+namespace chasles::app {
+namespace {
+
+using Files = std::vector<ExportedFile>;
+
+Files one_file(std::string bytes) { return {{.name = {}, .bytes = std::move(bytes)}}; }
+
+Files kitti_files(const ReportRun& run, const ExportChoice& choice) {
+  KittiFiles kitti = run_kitti(run, choice.path);
+  return {{"poses.txt", std::move(kitti.poses)}, {"times.txt", std::move(kitti.times)}};
+}
+
+Files mps_files(const ReportRun& run, const ExportChoice& choice) {
+  MpsFiles mps = run_mps(run, choice.path);
+  return {{"closed_loop_trajectory.csv", std::move(mps.trajectory)},
+          {"semidense_points.csv.gz", std::move(mps.points)}};
+}
+
+Recording recording_for(const char* format, const ExportChoice& choice) {
+  if (!choice.recording.empty()) return read_recording(choice.recording);
+  throw UsageError(
+      fmt::format("--as {}: the run folder does not have the frames of its recording, expected "
+                  "--recording with it",
+                  format));
+}
+
+// The stamps of all frames of the run's first camera.
+std::vector<Time> stamps_of_camera(const Recording& recording, std::string_view summary) {
+  const std::size_t camera = recorded_camera(summary, 0);
+  std::vector<Time> stamps;
+  for (const FeatureFrame& frame : recording.frames) stamps.push_back(frame.time);
+  for (std::size_t i = 0; recording.images && i < recording.images->size(); ++i) {
+    if (recording.images->has_image(i, camera)) stamps.push_back(recording.images->time(i));
+  }
+  return stamps;
+}
+
+std::vector<std::string> names_where(bool has_ending) {
+  std::vector<std::string> names;
+  for (const ExportFormat& format : export_formats()) {
+    if (format.ending.empty() == has_ending) continue;
+    names.emplace_back(has_ending ? format.ending : format.name);
+  }
+  return names;
+}
+
+}  // namespace
+
+const std::vector<ExportFormat>& export_formats() {
+  static const std::vector<ExportFormat> formats{
+      {"mcap", ".mcap", "for Foxglove and Rerun", false,
+       [](const ReportRun& r, const ExportChoice&) {
+         return one_file(run_mcap(r, CHASLES_VERSION));
+       }},
+      {"ply", ".ply", "map and trajectories, for CloudCompare, MeshLab, Blender", false,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return one_file(run_ply(r.run, c.points ? PlyEdges::kNo : PlyEdges::kYes));
+       }},
+      {"kml", ".kml", "trajectories on the Earth, for a georeferenced recording", false,
+       [](const ReportRun& r, const ExportChoice&) { return one_file(run_kml(r.run)); }},
+      {"square", ".square", "poses with covariances, for smfeval", false,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return one_file(run_square(r.run, c.path, CHASLES_VERSION));
+       }},
+      {"tum", ".tum", "poses, for evo", false,
+       [](const ReportRun& r, const ExportChoice& c) { return one_file(run_tum(r.run, c.path)); }},
+      {"kitti", "", "folder with poses.txt and times.txt of camera 0", true, &kitti_files},
+      {"euroc", "", "table like EuRoC's state_groundtruth_estimate0", false,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return one_file(run_euroc(r.run, c.path));
+       }},
+      {"mps", "", "folder with trajectory and points for projectaria-tools", true, &mps_files},
+      {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return one_file(run_umi(r, c.path, stamps_of_camera(recording_for("umi", c), r.summary)));
+       }},
+  };
+  return formats;
+}
+
+const ExportFormat& export_format(std::string_view name, const std::filesystem::path& output) {
+  const auto& formats = export_formats();
+  if (!name.empty()) {
+    const auto found = std::ranges::find(formats, name, &ExportFormat::name);
+    if (found != formats.end()) return *found;
+    throw UsageError(fmt::format("--as: found '{}', expected {}", name, export_names()));
+  }
+  const std::string ending = output.extension().string();
+  const auto found = std::ranges::find(formats, ending, &ExportFormat::ending);
+  if (!ending.empty() && found != formats.end()) return *found;
+  throw UsageError(fmt::format("-o: {} ends with '{}', expected {}, or --as with one of {}",
+                               output.string(), ending, fmt::join(names_where(true), ", "),
+                               fmt::join(names_where(false), ", ")));
+}
+
+std::string export_names() {
+  std::vector<std::string_view> names;
+  for (const ExportFormat& format : export_formats()) names.push_back(format.name);
+  return fmt::format("{}", fmt::join(names, "|"));
+}
+
+std::string export_endings_help() {
+  std::string text;
+  for (const ExportFormat& format : export_formats()) {
+    if (format.ending.empty()) continue;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", format.ending, format.use);
+  }
+  return text;
+}
+
+std::string export_names_help() {
+  std::string text;
+  for (const ExportFormat& format : export_formats()) {
+    if (!format.ending.empty()) continue;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", format.name, format.use);
+  }
+  return text;
+}
+
+}  // namespace chasles::app

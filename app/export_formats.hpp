@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <chasles/report/report.hpp>
+#include <chasles/viewers/run_path.hpp>
+
+namespace chasles::app {
+
+/// What the formats of `chasles export` may ask for.
+struct ExportChoice {
+  RunPath path = RunPath::kStates;
+  bool points = false;              ///< of a PLY
+  std::filesystem::path recording;  ///< of the run, for its frames; empty: not given
+};
+
+/// A file of a format that has a folder of them; of others the only one, without a name.
+struct ExportedFile {
+  std::string name;
+  std::string bytes;
+};
+
+/// A format of `chasles export`.
+struct ExportFormat {
+  std::string_view name;    ///< of --as
+  std::string_view ending;  ///< of the file of -o, which chooses it without --as; empty: none does
+  std::string_view use;     ///< one line for the help
+  bool is_folder;           ///< -o is a folder; the first file marks a complete set
+  std::vector<ExportedFile> (*files)(const ReportRun& run, const ExportChoice& choice);
+};
+
+/// All formats. This list feeds the option, the help and the messages.
+const std::vector<ExportFormat>& export_formats();
+
+/// The format of --as, or without one that of the file's ending. Throws UsageError.
+const ExportFormat& export_format(std::string_view name, const std::filesystem::path& output);
+
+/// "mcap|ply|...".
+std::string export_names();
+/// For the help: one sentence on each ending, or on each other name.
+std::string export_endings_help();
+std::string export_names_help();
+
+}  // namespace chasles::app
