@@ -110,7 +110,8 @@ def test_projectaria_tools_reads_trajectory_and_points(walk):
     walk.export("mps", "mps/slam")
     provider = mps.MpsDataProvider(mps.MpsDataPathsProvider(str(walk.folder / "mps")).get_data_paths())
     assert provider.has_closed_loop_poses() and provider.has_semidense_point_cloud()
-    # For a missing column, or one number that it does not read, the reader returns an empty list without an error.
+    # For a missing column the reader returns an empty list without an error, else the rows before a number that
+    # it does not read.
     path = mps.read_closed_loop_trajectory(str(walk.folder / "mps/slam/closed_loop_trajectory.csv"))
     assert len(path) == len(walk.time_ns)
     poses = np.array([pose.transform_world_device.to_matrix() for pose in path])

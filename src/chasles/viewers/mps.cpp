@@ -21,7 +21,7 @@ namespace {
 
 using Vector3 = Eigen::Vector3d;
 
-// For one number that is not finite the reader rejects the whole file.
+// The reader stops, without an error, at a number that is not finite.
 bool are_finite(const Vector3& a, const Vector3& b) { return a.allFinite() && b.allFinite(); }
 
 double gravity_of(std::string_view summary) {
