@@ -73,6 +73,7 @@ int export_run(ExportOptions o) {
   if (!o.truth.empty()) write(o.truth, truth_of(run, o), o.quiet);
   for (const std::filesystem::path& output : o.outputs) {
     const ExportFormat& format = export_format(o.format, output);
+    o.choice.output = output;
     const std::vector<ExportedFile> files = format.files(run, o.choice);
     if (format.is_folder) {
       write(output, files, o.quiet);

@@ -9,6 +9,7 @@
 #include <chasles/recording/readers.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/mps.hpp>
+#include <chasles/viewers/nerfstudio.hpp>
 #include <chasles/viewers/path_files.hpp>
 #include <chasles/viewers/ply.hpp>
 #include <chasles/viewers/run_mcap.hpp>
@@ -52,6 +53,14 @@ std::vector<Time> stamps_of_camera(const Recording& recording, std::string_view 
   return stamps;
 }
 
+Files nerfstudio_files(const ReportRun& run, const ExportChoice& choice) {
+  const Recording recording = recording_for("nerfstudio", choice);
+  NerfstudioFiles nerfstudio =
+      run_nerfstudio(run.run, posed_images(run, choice.path, recording), choice.output);
+  return {{"transforms.json", std::move(nerfstudio.transforms)},
+          {"sparse_pc.ply", std::move(nerfstudio.points)}};
+}
+
 std::vector<std::string> names_where(bool has_ending) {
   std::vector<std::string> names;
   for (const ExportFormat& format : export_formats()) {
@@ -87,6 +96,8 @@ const std::vector<ExportFormat>& export_formats() {
          return one_file(run_euroc(r.run, c.path));
        }},
       {"mps", "", "folder with trajectory and points for projectaria-tools", true, &mps_files},
+      {"nerfstudio", "", "folder with transforms.json and points for nerfstudio", true,
+       &nerfstudio_files},
       {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_umi(r, c.path, stamps_of_camera(recording_for("umi", c), r.summary)));

@@ -14,6 +14,7 @@ namespace chasles::app {
 struct ExportChoice {
   RunPath path = RunPath::kStates;
   bool points = false;              ///< of a PLY
+  std::filesystem::path output;     ///< of -o
   std::filesystem::path recording;  ///< of the run, for its frames; empty: not given
 };
 

@@ -89,12 +89,15 @@ TEST(Export, TheFormatIsChosenByItsNameToo) {
 TEST(Export, WhatAFormatLacksIsSaid) {
   const Scratch folder;
   simulate_and_run(folder);
-  expect_error(chasles(folder, "export out --as tumm -o a"), 1,
-               "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|umi");
+  expect_error(
+      chasles(folder, "export out --as tumm -o a"), 1,
+      "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|nerfstudio|umi");
   expect_error(chasles(folder, "export out --as tum -o a -o b"), 1, "found 2 outputs");
   expect_error(chasles(folder, "export out --as umi -o a"), 1, "expected --recording");
   expect_error(chasles(folder, "export out --as umi -o a --recording none"), 2, "none");
   expect_error(chasles(folder, "export out --as mps -o a"), 2, "does not know gravity");
+  expect_error(chasles(folder, "export out --as nerfstudio -o a --recording rec"), 2,
+               "has no images, expected one with the images of camera 0 as files");
   spill(folder / "file", "");
   expect_error(chasles(folder, "export out --as kitti -o file"), 1,
                "file: the folder cannot be made");

@@ -141,3 +141,28 @@ def test_without_a_column_projectaria_tools_reads_nothing(walk, tmp_path):
         cut = tmp_path / f"{name}.csv"
         cut.write_text("\n".join(",".join(row[:i] + row[i + 1:]) for row in rows) + "\n")
         assert mps.read_closed_loop_trajectory(str(cut)) == [], name
+
+
+def test_nerfstudio_has_the_axes_of_opengl(walk):
+    """nerfstudio needs torch, so this test reads its files alone. A point ahead of the camera has a negative z."""
+    import meshio
+    folder = walk.export("nerfstudio", "nerfstudio", "--recording", walk.recording)
+    data = json.loads((folder / "transforms.json").read_text())
+    assert len(data["frames"]) == len(walk.time_ns)
+    opengl = np.diag([1, -1, -1, 1])
+    poses = np.array([frame["transform_matrix"] for frame in data["frames"]])
+    assert np.allclose(poses, walk.world_T_imu @ walk.imu_T_cam @ opengl, atol=1e-12)
+    names = [(folder / frame["file_path"]).resolve() for frame in data["frames"]]
+    assert all(name.is_file() for name in names)
+    assert [int(name.stem) for name in names] == walk.stamps[walk.frame_of_state].tolist()
+    fx, fy, cx, cy = walk.summary["cameras"][0]["intrinsics"]
+    assert (data["fl_x"], data["fl_y"], data["cx"], data["cy"]) == (fx, fy, cx + 0.5, cy + 0.5)
+    cloud = meshio.read(folder / data["ply_file_path"])
+    landmarks = columns_of(walk.run / "landmarks.csv")
+    assert cloud.points == pytest.approx(numbers(landmarks, "x", "y", "z"), rel=1e-6)
+    # Landmarks that the last frame has seen are in its image, by nerfstudio's own pinhole.
+    now = [int(t) == walk.stamps[-1] for t in landmarks["last_seen_ns"]]
+    in_camera = (np.c_[cloud.points[now], np.ones(sum(now))] @ np.linalg.inv(poses[-1]).T)[:, :3]
+    u, v = cx + 0.5 + fx * in_camera[:, 0] / -in_camera[:, 2], cy + 0.5 - fy * in_camera[:, 1] / -in_camera[:, 2]
+    inside = (in_camera[:, 2] < 0) & (u > 0) & (u < data["w"]) & (v > 0) & (v < data["h"])
+    assert sum(now) > 20 and inside.mean() > 0.9

@@ -1,3 +1,4 @@
+#include <chasles/recording/image_files.hpp>
 #include <chasles/recording/image_testing.hpp>
 #include <chasles/recording/readers.hpp>
 
@@ -61,7 +62,11 @@ TEST_F(EurocFolder, ImagesAreThoseOfTheFilesToTheLastPixel) {
     EXPECT_EQ(frame.time, std::chrono::milliseconds(5 * (k + 1)));
     ASSERT_EQ(frame.images.size(), 2u);
     for (int c = 0; c < 2; ++c) {
-      const GrayImage& image = frame.images[static_cast<std::size_t>(c)];
+      const auto camera = static_cast<std::size_t>(c);
+      const GrayImage& image = frame.images[camera];
+      const fs::path file = image_file(*r.images, static_cast<std::size_t>(k), camera);
+      EXPECT_EQ(file.parent_path(), mav / ("cam" + std::to_string(c)) / "data");
+      EXPECT_TRUE(fs::is_regular_file(file)) << file;
       ASSERT_EQ(image.width, 8);
       ASSERT_EQ(image.height, 6);
       ASSERT_EQ(image.pixels.size(), 48u);
@@ -105,6 +110,8 @@ TEST_F(EurocFolder, CamerasAreThoseOfOneInstantWithinTwoMilliseconds) {
   EXPECT_EQ(r.images->time(1), std::chrono::milliseconds(10));
   EXPECT_FALSE(r.images->read(1).images[1].empty());
   EXPECT_TRUE(r.images->read(2).images[1].empty());
+  EXPECT_FALSE(image_file(*r.images, 1, 1).empty());
+  EXPECT_EQ(image_file(*r.images, 2, 1), "");
   expect_parts(joined(r.remarks), {"cam1 has an image for 2 of the 3 frames of cam0; 1 of its "
                                    "images are more than 2 ms from all of them: left out"});
 }

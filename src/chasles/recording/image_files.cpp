@@ -47,11 +47,13 @@ class ImageFiles : public PairedImages {
         cameras_(std::move(cameras)),
         forms_(std::move(forms)) {}
 
+  fs::path file(std::size_t camera, std::size_t image) const {
+    return cameras_[camera].folder / cameras_[camera].images[image].file;
+  }
+
  private:
   GrayImage read_one(std::size_t camera, std::size_t image) const override {
-    const CameraFiles& files = cameras_[camera];
-    return read_image(files.folder / files.images[image].file, forms_[camera].size,
-                      forms_[camera].bits);
+    return read_image(file(camera, image), forms_[camera].size, forms_[camera].bits);
   }
 
   std::vector<CameraFiles> cameras_;
@@ -135,6 +137,12 @@ std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cam
   }
   std::vector<PairedFrame> frames = pair_images(stamps, are_finders(rig), tolerance, remarks);
   return std::make_shared<ImageFiles>(std::move(cameras), std::move(forms), std::move(frames));
+}
+
+fs::path image_file(const ImageSource& images, std::size_t i, std::size_t camera) {
+  const auto* files = dynamic_cast<const ImageFiles*>(&images);
+  const auto image = files ? files->member(i, camera) : std::nullopt;
+  return image ? files->file(camera, *image) : fs::path();
 }
 
 }  // namespace chasles

@@ -33,4 +33,8 @@ std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cam
                                                     const std::vector<Camera>& rig, Time tolerance,
                                                     std::vector<std::string>& remarks);
 
+/// The file of a camera's image in the i-th frame of such a source; empty for a camera without an
+/// image there, and for a source whose images are no files.
+std::filesystem::path image_file(const ImageSource& images, std::size_t i, std::size_t camera);
+
 }  // namespace chasles

@@ -36,12 +36,16 @@ class PairedImages : public ImageSource {
     return frame;
   }
   bool has_image(std::size_t i, std::size_t camera) const override {
-    return frames_[i].members[camera].has_value();
+    return member(i, camera).has_value();
+  }
+  /// The index of the camera's image in the frame, among all of that camera; none without one.
+  const std::optional<std::size_t>& member(std::size_t i, std::size_t camera) const {
+    return frames_[i].members[camera];
   }
 
  private:
   GrayImage read_member(std::size_t i, std::size_t camera, const OnDamage& damaged) const {
-    const auto& image = frames_[i].members[camera];
+    const auto& image = member(i, camera);
     return read_or_empty([&] { return image ? read_one(camera, *image) : GrayImage{}; }, damaged);
   }
   /// Decodes an image of a camera. Throws InputError.

@@ -64,12 +64,13 @@ ReportRun turning_run() {
     run.smoothed.push_back({.time = s.time, .world_T_imu = s.world_T_imu});
   }
   // Straight ahead of the first state, with a sigma of 0.3 m along that ray.
-  RunLandmark l;
-  l.id = -7;
-  l.p_world = run.states[0].world_T_imu.p + Eigen::Vector3d(0, 0, 2);
-  l.covariance = Eigen::Vector3d(4, 5, 0.09).asDiagonal();
-  l.first_seen = l.last_seen = run.states[0].time;
-  run.landmarks = {l, l};
+  run.landmarks.resize(2);
+  for (RunLandmark& l : run.landmarks) {
+    l.id = -7;
+    l.p_world = run.states[0].world_T_imu.p + Eigen::Vector3d(0, 0, 2);
+    l.covariance = Eigen::Vector3d(4, 5, 0.09).asDiagonal();
+    l.first_seen = l.last_seen = run.states[0].time;
+  }
   run.landmarks[0].p_world.x() = std::nan("");
   return turning;
 }

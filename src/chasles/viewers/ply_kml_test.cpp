@@ -155,8 +155,11 @@ TEST(PlyOfARun, EdgesJoinTheNeighboursOfAWayAlone) {
 
 TEST(PlyOfARun, TheLeastCertainLandmarkIsTheBrightest) {
   chasles::Run run;
+  run.landmarks.resize(3);
   for (int k = 0; k < 3; ++k) {
-    run.landmarks.push_back({.id = k, .covariance = std::pow(10, k) * Eigen::Matrix3d::Identity()});
+    RunLandmark& l = run.landmarks[static_cast<std::size_t>(k)];
+    l.id = k;
+    l.covariance = std::pow(10, k) * Eigen::Matrix3d::Identity();
   }
   const Ply ply = read_ply(run_ply(run));
   EXPECT_LT(ply.vertex.at(0, "green"), ply.vertex.at(1, "green"));
