@@ -54,17 +54,6 @@ ResidualWalk walk_of(const BatchProblem& problem, const BatchGraph& graph) {
   return walk;
 }
 
-// Its estimated rows.
-void widen(double factor, const InertialBatchInput& input, const Calibration& prior,
-           Calibration& calibration) {
-  std::vector<int> rows;
-  for (int row = 0; row < static_cast<int>(prior.covariance.rows()); ++row) {
-    if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
-  }
-  calibration.covariance(rows, rows) =
-      widened(factor, calibration.covariance(rows, rows), prior.covariance(rows, rows));
-}
-
 void widen(double factor, const InertialBatchInput& input, const BatchGraph& graph,
            InertialBatchResult& result) {
   result.report.covariance_factor = factor;
@@ -72,7 +61,8 @@ void widen(double factor, const InertialBatchInput& input, const BatchGraph& gra
   for (MapLandmark& l : result.landmarks) l.covariance *= factor;
   if (!graph.calibration || factor == 1) return;
   Calibration wide = *result.estimates.back().calibration;
-  widen(factor, input, *graph.calibration, wide);
+  wide.covariance =
+      widened(factor, wide.covariance, graph.calibration->covariance, input.considered);
   for (Estimate& e : result.estimates) e.calibration = wide;
 }
 

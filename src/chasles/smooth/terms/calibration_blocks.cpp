@@ -120,10 +120,16 @@ Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration&
   return difference(blocks, a.data(), b.data());
 }
 
-Eigen::MatrixXd widened(double factor, const Eigen::MatrixXd& covariance,
-                        const Eigen::MatrixXd& prior) {
-  const Eigen::MatrixXd before = inverse_of(prior), after = inverse_of(covariance);
-  return inverse_of(before + (after - before) / factor);
+Eigen::MatrixXd widened(double factor, Eigen::MatrixXd covariance, const Eigen::MatrixXd& prior,
+                        const std::vector<int>& considered) {
+  std::vector<int> rows;
+  for (int row = 0; row < static_cast<int>(prior.rows()); ++row) {
+    if (std::ranges::find(considered, row) == considered.end()) rows.push_back(row);
+  }
+  const Eigen::MatrixXd before = inverse_of(prior(rows, rows));
+  const Eigen::MatrixXd after = inverse_of(covariance(rows, rows));
+  covariance(rows, rows) = inverse_of(before + (after - before) / factor);
+  return covariance;
 }
 
 }  // namespace chasles::smooth_detail

@@ -59,8 +59,8 @@ Eigen::VectorXd difference(const CalibrationBlocks& blocks, const double* of,
 Eigen::VectorXd calibration_difference(const Calibration& of, const Calibration& against);
 
 /// The covariance if the information of all measurements, but not that of the prior, is smaller by
-/// that factor.
-Eigen::MatrixXd widened(double factor, const Eigen::MatrixXd& covariance,
-                        const Eigen::MatrixXd& prior);
+/// that factor. Rows that are `considered` do not depend on measurements and stay.
+Eigen::MatrixXd widened(double factor, Eigen::MatrixXd covariance, const Eigen::MatrixXd& prior,
+                        const std::vector<int>& considered);
 
 }  // namespace chasles::smooth_detail

@@ -64,7 +64,6 @@ struct InertialWindow::Implementation {
   void hang_on_camera(const PointView& first, AnchorFace face, WindowPoint& point) const;
   void initialise_landmarks();
   void read_states();
-  Eigen::MatrixXd calibration_covariance() const;
   Estimate estimate(Time time, const SlidingWindow::Optimised& optimised);
 
   InertialBatchInput input;  // without samples and frames
@@ -276,18 +275,6 @@ void InertialWindow::Implementation::read_states() {
   graph.cameras = calibrated(input.cameras, graph.calibration);
 }
 
-// The factor widens what is estimated.
-Eigen::MatrixXd InertialWindow::Implementation::calibration_covariance() const {
-  const Eigen::MatrixXd& prior = graph.calibration->covariance;
-  Eigen::MatrixXd P = sliding.calibration_covariance();
-  std::vector<int> rows;
-  for (int row = 0; row < static_cast<int>(P.rows()); ++row) {
-    if (std::ranges::find(input.considered, row) == input.considered.end()) rows.push_back(row);
-  }
-  P(rows, rows) = widened(report.covariance_factor, P(rows, rows), prior(rows, rows));
-  return P;
-}
-
 Estimate InertialWindow::Implementation::estimate(Time time,
                                                   const SlidingWindow::Optimised& optimised) {
   const InertialState& state = graph.keyframes.back().state;
@@ -302,7 +289,8 @@ Estimate InertialWindow::Implementation::estimate(Time time,
   e.covariance = sliding.newest_covariance(report.covariance_factor);
   if (graph.calibration) {
     e.calibration = graph.calibration;
-    e.calibration->covariance = calibration_covariance();
+    e.calibration->covariance = widened(report.covariance_factor, sliding.calibration_covariance(),
+                                        graph.calibration->covariance, input.considered);
   }
   for (const auto& [number, point] : window.points) {
     e.used += static_cast<int>(std::ranges::count_if(
