@@ -294,16 +294,18 @@ def smoothed() -> str:
             continue
         for name in SMOOTHERS:
             cells = [place, name]
-            for value in ("false", "true"):
-                summary = run(OUT / "real", f"{name[0]}-{value}", *options, "--estimator", name,
-                              *sets(f"calibrate_intrinsics={value}"), recording=path)
+            for setting in ("calibrate_intrinsics=false", "calibrate_intrinsics=true", "calibrate_imu=considered",
+                            "calibrate_imu=true"):
+                summary = run(OUT / "real", f"{name[0]}-{setting}", *options, "--estimator", name, *sets(setting),
+                              recording=path)
                 cells += [number(summary["ate_posyaw_m"], 4), number(summary["nees_pose"], 2, per=6)
                          ] if summary else ["-", "-"]
             recordings.append(cells)
     return "\n\n".join([
         pages.table(["calibration", "ATE m", "NEES pose / 6", "lost"], rows),
         pages.table(["estimated", *(f"{name}, NEES / 1" for name in SMOOTHERS)], squares),
-        pages.table(["recording", "estimator", "ATE m, known", "NEES / 6", "estimated", "NEES / 6"], recordings),
+        pages.table(["recording", "estimator", "ATE m, known", "NEES / 6", "intrinsics estimated", "NEES / 6",
+                     "IMU considered", "NEES / 6", "IMU estimated", "NEES / 6"], recordings),
         pages.table(["IMU", "ATE m", "NEES pose / 6", "lost", *IMU_GROUPS.values()], smoothed_imu())])
 
 
