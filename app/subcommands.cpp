@@ -16,7 +16,7 @@ std::span<const Subcommand> subcommands() {
       {"report", "Write one HTML page of runs or of studies", declare_report},
       {"view", "Serve the page of runs to a browser, until Ctrl-C", declare_view},
       {"map", "Describe a saved map, or merge several", declare_map},
-      {"export", "Write a run for other programs: MCAP, PLY, KML, SQUARE", declare_export},
+      {"export", "Write a run for other programs: MCAP, PLY, TUM, nerfstudio, ...", declare_export},
       {"completion", "Print a shell's program that completes this command's arguments",
        declare_completion},
   };
