@@ -16,10 +16,6 @@ namespace {
 
 using namespace test;
 
-double normalised(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
-  return e.dot(P.ldlt().solve(e));
-}
-
 // A window that holds everything is the batch.
 TEST(WindowCalibration, OfAllKeyframesIsThatOfTheBatch) {
   for (const LandmarkForm form : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
@@ -91,17 +87,14 @@ TEST(WindowCalibration, IsWrongByAsMuchAsItSays) {
       const auto seed = 600 + static_cast<std::uint64_t>(runs);
       const CalibrationScene scene =
           calibration_scene({.frames = 20, .landmarks = 40, .seed = seed}, readout);
-      BatchSettings settings;
-      settings.loss = BatchLoss::kNone;
-      settings.gate = 0;
-      settings.covariance_factor = 1;
+      BatchSettings settings = without_outliers();
       settings.window_steps = 3;
       const auto last = slide(scene.input, "right-sen3", settings, 6).estimates.back();
       const Eigen::VectorXd e =
           smooth_detail::calibration_difference(scene.true_calibration, *last.calibration);
-      calibrations += normalised(e, last.calibration->covariance);
+      calibrations += squared_error(e, last.calibration->covariance);
       dof += static_cast<int>(e.size()) - scene.empty_rows;
-      states += normalised(motion_error(scene.motion_at(last.time), last), last.covariance);
+      states += squared_error(motion_error(scene.motion_at(last.time), last), last.covariance);
     }
     EXPECT_TRUE(is_chi2(calibrations, dof)) << readout;
     EXPECT_TRUE(is_chi2(states, 15 * runs)) << readout;
@@ -209,16 +202,13 @@ TEST(WindowCalibration, ThatIsConsideredCountsAndIsNotCorrected) {
       CalibrationScene scene =
           calibration_scene({.frames = 20, .landmarks = 40, .seed = seed}, readout);
       scene.consider_all();
-      BatchSettings settings;
-      settings.loss = BatchLoss::kNone;
-      settings.gate = 0;
-      settings.covariance_factor = 1;
+      BatchSettings settings = without_outliers();
       const auto last = slide(scene.input, "right-sen3", settings, 6).estimates.back();
       scene.input.calibration.reset();
       scene.input.considered.clear();
       const auto known = slide(scene.input, "right-sen3", settings, 6).estimates.back();
       EXPECT_LT((last.world_T_imu.p - known.world_T_imu.p).norm(), 1e-6);
-      states += normalised(motion_error(scene.motion_at(last.time), last), last.covariance);
+      states += squared_error(motion_error(scene.motion_at(last.time), last), last.covariance);
     }
     EXPECT_TRUE(is_chi2(states, 15 * runs)) << readout;
   }
@@ -231,18 +221,15 @@ TEST(WindowCalibration, MayBeConsideredInPart) {
     const auto seed = 800 + static_cast<std::uint64_t>(runs);
     CalibrationScene scene = calibration_scene({.frames = 20, .landmarks = 40, .seed = seed}, 0.02);
     scene.input.considered = {0, 1, 2, 3, 4, 5, 7, 8};  // the extrinsics; fx, fy
-    BatchSettings settings;
-    settings.loss = BatchLoss::kNone;
-    settings.gate = 0;
-    settings.covariance_factor = 1;
+    BatchSettings settings = without_outliers();
     const auto last = slide(scene.input, "right-sen3", settings, 6).estimates.back();
     EXPECT_EQ(last.calibration->intrinsics[0].projection[0], scene.input.cameras[0].fx);
     EXPECT_NE(last.calibration->intrinsics[0].projection[2], scene.input.cameras[0].cx);
     const Eigen::VectorXd e =
         smooth_detail::calibration_difference(scene.true_calibration, *last.calibration);
-    calibrations += normalised(e, last.calibration->covariance);
+    calibrations += squared_error(e, last.calibration->covariance);
     dof += static_cast<int>(e.size()) - scene.empty_rows;
-    states += normalised(motion_error(scene.motion_at(last.time), last), last.covariance);
+    states += squared_error(motion_error(scene.motion_at(last.time), last), last.covariance);
   }
   EXPECT_TRUE(is_chi2(calibrations, dof));
   EXPECT_TRUE(is_chi2(states, 15 * runs));
