@@ -100,7 +100,9 @@ function compareRest(client, who) {
     && client.count('/errors') === client.count('/truth/pose'));
   const images = messages(client, '/cam0/image'), marks = messages(client, '/cam0/annotations');
   check(`${who}: images came`, images.length > 0, String(images.length));
-  check(`${who}: points of images came`, marks.some(({ object }) => object.circles?.length > 0));
+  // On a busy machine few images are shown, perhaps none with a used point: then they have waiting ones.
+  check(`${who}: points of images came`,
+    marks.some(({ object }) => object.circles?.length > 0 || object.points?.length > 0));
   check(`${who}: they are of the images`, marks.at(-1)?.time === images.at(-1)?.time);
   check(`${who}: the clock goes forwards`, client.clock.every((t, i) => i === 0 || t > client.clock[i - 1]));
   check(`${who}: the end is reported`, client.statuses.at(-1)?.message.startsWith('the run is complete:'),
