@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -11,6 +10,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/utf8.hpp>
+#include <chasles/many/batch_list.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/session/progress.hpp>
 
@@ -40,25 +40,6 @@ struct MonteCarloOptions {
   fs::path output;
   bool json = false, markdown = false, quiet = false;
 };
-
-/// The i-th of n parts of a study, i from 1 on.
-struct Shard {
-  std::uint64_t part = 1, parts = 1;
-};
-
-Shard shard_from(const std::string& text) {
-  if (text.empty()) return {};
-  Shard shard;
-  const char* end = text.data() + text.size();
-  const auto part = std::from_chars(text.data(), end, shard.part);
-  const bool slash = part.ec == std::errc{} && part.ptr != end && *part.ptr == '/';
-  const auto parts = slash ? std::from_chars(part.ptr + 1, end, shard.parts) : part;
-  if (slash && parts.ec == std::errc{} && parts.ptr == end && shard.part >= 1 &&
-      shard.part <= shard.parts) {
-    return shard;
-  }
-  throw UsageError(fmt::format("--shard: found '{}', expected I/N with I from 1 to N", text));
-}
 
 std::vector<std::uint64_t> runs_of(const MonteCarloOptions& o) {
   const Shard shard = shard_from(o.shard);

@@ -6,11 +6,11 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/filter/charts/error_chart.hpp>
 #include <chasles/session/image_keeper.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
 
 #include "declare_truth.hpp"
+#include "method_options.hpp"
 #include "options.hpp"
 
 namespace chasles::app {
@@ -22,12 +22,6 @@ std::string settings_help() {
   return "Settings, for --set and --config (auto: measured from the recording):\n" +
          help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
          filter_settings_help() + "\n" + inertial_run_settings_help();
-}
-
-std::string chart_help() {
-  std::string text = "Error chart:";
-  for (const ErrorChart& chart : error_charts()) text += fmt::format(" {}", chart.name);
-  return text;
 }
 
 void declare_input(CLI::App& parser, RunCommandOptions& o) {
@@ -82,34 +76,14 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
       ->group("Input");
 }
 
-void declare_method(CLI::App& parser, RunCommandOptions& o) {
-  const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
-    return parser.add_option(name, value, text)->type_name(type)->group("Method");
-  };
-  add("--mode", o.settings.mode, "NAME",
-      "localize: trajectory from velocities only; map: landmarks along a given trajectory; slam: "
-      "both (default)");
-  add("--chart", o.settings.chart, "NAME", chart_help());
-  add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
-  add("--begin", o.begin, "auto|truth",
-      "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
-      "the true state");
+void declare_threads(CLI::App& parser, int& threads) {
   parser
-      .add_flag(
-          "--as-recorded", o.as_recorded,
-          "Take clock, axes and shutter as the recording states them, without what its images "
-          "and the gyroscope show of them (docs/cameras.md)")
+      .add_option("--threads", threads,
+                  "3 (default): one thread reads images and one tracks features, both ahead of the "
+                  "filter; 2: only the tracking thread; 1: neither. The results are the same bytes")
+      ->type_name("N")
+      ->check(CLI::Range(1, 3))
       ->group("Method");
-  add("--estimator", o.estimator, "filter|batch|window:N",
-      "filter (default); batch: the most probable motion given the whole recording, starting from "
-      "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
-      "the last N frames, given the recording so far (docs/window.md)");
-  add("--threads", o.threads, "N",
-      "3 (default): one thread reads images and one tracks features, both ahead of the filter; 2: "
-      "only the tracking thread; 1: neither. The results are the same bytes")
-      ->check(CLI::Range(1, 3));
-  add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
-      ->allow_extra_args(false);
 }
 
 void declare_map(CLI::App& parser, RunCommandOptions& o) {
@@ -189,6 +163,7 @@ void declare_output(CLI::App& parser, RunCommandOptions& o) {
 void declare_run_options(CLI::App& parser, RunCommandOptions& options) {
   declare_input(parser, options);
   declare_method(parser, options);
+  declare_threads(parser, options.threads);
   declare_map(parser, options);
   declare_realtime(parser, options);
   declare_output(parser, options);

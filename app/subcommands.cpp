@@ -5,6 +5,7 @@ namespace chasles::app {
 std::span<const Subcommand> subcommands() {
   static constexpr Subcommand list[] = {
       {"run", "Estimate the trajectory and the map of a recording", declare_run},
+      {"batch", "Run many recordings: a verdict on each, and a page", declare_batch},
       {"check", "Check a recording before a run: clocks, gaps, exposure, calibration",
        declare_check},
       {"simulate", "Write a simulated recording", declare_simulate},

@@ -24,6 +24,7 @@ std::span<const Subcommand> subcommands();
 
 // Each has its own .cpp.
 Action declare_run(CLI::App& parser);
+Action declare_batch(CLI::App& parser);
 Action declare_check(CLI::App& parser);
 Action declare_simulate(CLI::App& parser);
 Action declare_compare(CLI::App& parser);

@@ -59,6 +59,8 @@ const Arrows kArrows = {
     {"session", {"pipeline", "live"}},
     // What a robot's middleware needs, without its messages.
     {"robot", {"session"}},
+    // Many runs, each with a verdict.
+    {"many", {"session"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {

@@ -14,4 +14,7 @@ extern const std::string_view study_template;
 /// src/web/map.html in the same form, for saved maps.
 extern const std::string_view map_template;
 
+/// src/web/batch.html in the same form, for batches of recordings.
+extern const std::string_view batch_template;
+
 }  // namespace chasles

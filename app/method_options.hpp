@@ -1,0 +1,15 @@
+#pragma once
+
+#include <chasles/session/session_options.hpp>
+
+namespace CLI {
+class App;
+}
+
+namespace chasles::app {
+
+/// Adds the options of how recordings are estimated: estimator, settings, start. `options` must
+/// outlive the parser.
+void declare_method(CLI::App& parser, SessionOptions& options);
+
+}  // namespace chasles::app

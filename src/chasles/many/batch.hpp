@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/many/batch_list.hpp>
+#include <chasles/many/bounded_processes.hpp>
+#include <chasles/many/judged_run.hpp>
+
+namespace chasles {
+
+/// Many recordings, each run in a process of its own and judged (docs/many.md).
+struct BatchOptions {
+  std::vector<BatchItem> items;  ///< with their names
+  JudgedRunOptions run;
+  /// The item that runs first, and saves the map in which the others find their places.
+  std::optional<std::size_t> map_from;
+  ProcessBounds bounds;
+  int jobs = 1;  ///< processes at a time
+  Shard shard;   ///< the part of the items that is run
+  bool resume = false;
+  std::filesystem::path output;
+  std::filesystem::path against;  ///< folder of an earlier batch; empty: none
+};
+
+/// What follows a batch, as recordings end.
+struct BatchObserver {
+  /// `record`: without the sketch of the path. `timing`: attempts, seconds_wall, seconds_cpu,
+  /// peak_mb. `done` of `total` recordings of this part have a record.
+  std::function<void(const nlohmann::ordered_json& record, const nlohmann::ordered_json& timing,
+                     std::size_t done, std::size_t total)>
+      ended;
+  std::function<bool()> stop;  ///< whether to end early
+};
+
+/// How a batch ended.
+struct BatchEnd {
+  bool interrupted = false;
+  std::size_t done = 0, total = 0;  ///< recordings of this part, those of earlier calls included
+  Verdict worst = Verdict::kUse;    ///< of the recordings that are done
+  /// summary.json and the difference to the earlier batch, when all recordings of all parts have
+  /// their records; else null.
+  nlohmann::ordered_json summary, difference;
+};
+
+/// Runs what has no record yet. Throws UsageError for settings that no run can use, as BatchFolder,
+/// and if a run folder cannot be written; InputError where the map of `map_from` cannot be made, as
+/// read_verdicts().
+BatchEnd run_batch(const BatchOptions& options, const BatchObserver& observer);
+
+}  // namespace chasles

@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+#include <chasles/base/error.hpp>
+#include <chasles/base/processor_time.hpp>
+#include <chasles/base/stopwatch.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/many/judged_run.hpp>
+#include <chasles/run_folder/run.hpp>
+#include <chasles/session/diagnosis.hpp>
+#include <chasles/session/fault.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/map_output.hpp>
+#include <chasles/session/recording_input.hpp>
+#include <chasles/session/run_job.hpp>
+#include <chasles/session/summary.hpp>
+
+namespace chasles {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kPictures = 3;          // kept for the page of the batch
+constexpr std::size_t kSketch = 100;  // positions of the path for it
+
+double minutes_of(const Recording& recording) {
+  const std::size_t frames = frame_count(recording);
+  if (frames == 0) return 0;
+  return to_seconds(frame_time(recording, frames - 1) - frame_time(recording, 0)) / 60;
+}
+
+// What a person finds wrong with a truth says nothing about the poses.
+CheckReport checked(const JudgedRunOptions& options, const Recording& recording) {
+  if (!options.check) return {};
+  CheckReport report = diagnose(recording, kCheckedSeconds,
+                                inertial_run_settings_from(options.session.settings).frontend);
+  std::erase_if(report.findings, [](const Finding& finding) { return finding.about == "truth"; });
+  return report;
+}
+
+// Positions from above [m], at most kSketch of them, relative to the first.
+template <typename Poses>
+Json sketch_of(const Poses& poses) {
+  Json x = Json::array(), y = Json::array();
+  const std::size_t step = std::max<std::size_t>(1, (poses.size() + kSketch - 1) / kSketch);
+  const auto rounded = [](double metres) { return std::round(1000 * metres) / 1000; };
+  for (std::size_t i = 0; i < poses.size(); i += step) {
+    const Eigen::Vector3d p = poses[i].world_T_imu.p - poses[0].world_T_imu.p;
+    x.push_back(rounded(p.x()));
+    y.push_back(rounded(p.y()));
+  }
+  return {{"x", std::move(x)}, {"y", std::move(y)}};
+}
+
+Json sketch(const Run& run, const std::optional<PathFigures>& path) {
+  if (!path) return nullptr;
+  if (path->path == "in_map") return sketch_of(run.in_map);
+  return path->path == "smoothed" ? sketch_of(run.smoothed) : sketch_of(run.states);
+}
+
+Json reasons_json(const std::vector<Reason>& reasons) {
+  Json list = Json::array();
+  for (const Reason& reason : reasons) {
+    list.push_back({{"reason", reason.kind}, {"what", reason.what}});
+  }
+  return list;
+}
+
+Json record_head(const BatchItem& item, const std::vector<Reason>& reasons) {
+  return {{"name", item.name},
+          {"recording", item.recording.string()},
+          {"verdict", name_of(verdict_of(reasons))},
+          {"reasons", reasons_json(reasons)}};
+}
+
+void add_figures(Json& record, const Json& summary, const std::optional<PathFigures>& path) {
+  const auto take = [&](const char* name) {
+    const auto found = summary.find(name);
+    record[name] = found == summary.end() ? Json(nullptr) : *found;
+  };
+  for (const char* name : {"health", "coverage", "frames", "recorded_seconds", "start_seconds"}) {
+    take(name);
+  }
+  record["path"] = path ? Json(path->path) : Json(nullptr);
+  if (path) {
+    record["length_m"] = path->length_m;
+    record["worst_sigma_m"] = path->worst_sigma_m;
+    record["bound_m"] = kBoundSigmas * path->worst_sigma_m;
+    record["worst_sigma_deg"] = path->worst_turn_deg;
+    record["drift_m_per_100m"] = path->drift_m_per_100m;
+  }
+  const Json& errors = path && path->path == "smoothed" && summary.contains("smoothed")
+                           ? summary.at("smoothed")
+                           : summary;
+  if (summary.value("matched", 0.0) > 0) {
+    for (const char* name : {"ate_m", "ate_posyaw_m", "nees_pose"}) record[name] = errors.at(name);
+  }
+}
+
+Json run_and_judge(const JudgedRunOptions& options, const BatchItem& item,
+                   const std::filesystem::path& folder, const std::function<void(double)>& known) {
+  SessionOptions session = session_of(options.session, item);
+  Recording recording = read_input(session.input);
+  const double minutes = minutes_of(recording);
+  known(minutes);
+  const CheckReport check = checked(options, recording);
+  if (recording.images && recording.velocities.empty()) {
+    session.keep_images =
+        std::max(1, (static_cast<int>(frame_count(recording)) + kPictures - 1) / kPictures);
+  }
+  const Stopwatch wall;
+  PreparedRun prepared = plan_run(session, recording)([] { return false; });
+  RunObserver nobody;
+  const CompletedRun run = prepared.run(nobody);
+  const bool in_map = !session.map.empty();
+  const std::optional<PathFigures> path = path_figures(run.result.run, in_map);
+  std::vector<Reason> reasons = reasons_against(run.summary, path, in_map, check, options.limits);
+  try {
+    write_run(run.result.run, run.summary, folder, [&] {
+      return json_text(timing_json(run.result, 60 * minutes, wall.seconds(), process_seconds()),
+                       2) +
+             "\n";
+    });
+    const MapOutcome map = save_map(session, recording, run);
+    if (!map.not_saved.empty()) throw Error(ExitCode::kNotInitialised, map.not_saved);
+  } catch (const UsageError& error) {
+    return {{kOutputError, error.what()}};
+  }
+  Json record = record_head(item, reasons);
+  add_figures(record, run.summary, path);
+  record["sketch"] = sketch(run.result.run, path);
+  return record;
+}
+
+}  // namespace
+
+SessionOptions session_of(const SessionOptions& all, const BatchItem& item) {
+  SessionOptions session = all;
+  session.quiet = true;
+  session.input.recording = item.recording;
+  if (!item.truth.empty()) session.input.truth = item.truth;
+  if (!item.cameras.empty()) session.input.cameras = item.cameras;
+  if (item.start) session.input.start = item.start;
+  if (item.stop) session.input.stop = item.stop;
+  session.settings.sets.insert(session.settings.sets.end(), item.sets.begin(), item.sets.end());
+  return session;
+}
+
+Json record_without_run(const BatchItem& item, const Reason& reason) {
+  return record_head(item, {reason});
+}
+
+Json judged_run(const JudgedRunOptions& options, const BatchItem& item,
+                const std::filesystem::path& folder, const std::function<void(double)>& known) {
+  try {
+    return run_and_judge(options, item, folder, known);
+  } catch (const Error& error) {
+    return record_without_run(item, reason_of(error));
+  } catch (const std::bad_alloc&) {
+    return record_without_run(item, {"memory", "not enough memory"});
+  } catch (const std::exception& error) {
+    return record_without_run(item, {"died", fault_of(error).sentence});
+  }
+}
+
+}  // namespace chasles

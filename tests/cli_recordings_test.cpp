@@ -1,0 +1,224 @@
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "cli_process.hpp"
+
+// `chasles batch`: many recordings, a verdict on each, whole whatever is killed.
+namespace chasles::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+// Recordings of tracks, quick to run: "a", "b", ..., by their seeds.
+void simulate(const Scratch& folder, int count, const std::string& more = "") {
+  for (int i = 0; i < count; ++i) {
+    const std::string name(1, static_cast<char>('a' + i));
+    const Outcome made =
+        chasles(folder, "simulate turntable --set revolutions=0.15 --quiet --run " +
+                            std::to_string(i) + " -o in/" + name + " " + more);
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+}
+
+std::vector<Json> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<Json> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
+  return lines;
+}
+
+// The bytes of all files that two batches must have alike.
+std::map<std::string, std::string> bytes_of(const fs::path& batch) {
+  std::map<std::string, std::string> bytes;
+  for (const auto& entry : fs::recursive_directory_iterator(batch)) {
+    const std::string name = entry.path().lexically_relative(batch).string();
+    if (!entry.is_regular_file() || name.find("timing") != std::string::npos ||
+        name.starts_with(".shard")) {
+      continue;
+    }
+    bytes[name] = slurp(entry.path());
+  }
+  return bytes;
+}
+
+void expect_same_batches(const fs::path& a, const fs::path& b) {
+  const auto of_a = bytes_of(a), of_b = bytes_of(b);
+  EXPECT_GT(of_a.size(), 10u);
+  for (const auto& [name, bytes] : of_a) {
+    EXPECT_TRUE(of_b.contains(name)) << name;
+    if (of_b.contains(name)) {
+      EXPECT_EQ(bytes, of_b.at(name)) << name;
+    }
+  }
+  EXPECT_EQ(of_a.size(), of_b.size());
+}
+
+// The turntable is seen from afar: its poses are less certain than those of a room.
+const std::string kBatch = "batch --no-check --most-sigma 1 ";
+
+TEST(BatchCommand, GivesEachRecordingAVerdictAndAllAPage) {
+  const Scratch folder;
+  simulate(folder, 2);
+  fs::create_directories(folder / "in/empty");
+  const Outcome outcome = chasles(folder, kBatch + "in/a in/b in/empty in/gone.bag -o out");
+  EXPECT_EQ(outcome.code, 2) << "the worst is no";
+  expect_part(outcome.err, "4 recordings: 2 use, 0 check, 2 no");
+  const std::vector<Json> printed = lines_of(outcome.out);
+  ASSERT_EQ(printed.size(), 4u);
+  for (const Json& line : printed) {
+    const bool is_good = line.at("name") == "a" || line.at("name") == "b";
+    EXPECT_EQ(line.at("verdict"), is_good ? "use" : "no") << line;
+    EXPECT_EQ(line.at("attempts"), 1);
+    EXPECT_GE(line.at("seconds_wall"), 0);
+    if (is_good) {
+      EXPECT_EQ(line.at("bound_m").get<double>(), 4 * line.at("worst_sigma_m").get<double>());
+      EXPECT_EQ(line.at("path"), "smoothed");
+    } else {
+      EXPECT_EQ(line.at("reasons")[0].at("reason"), "unreadable");
+    }
+  }
+  const std::vector<Json> kept = lines_of(slurp(folder / "out/verdicts.jsonl"));
+  ASSERT_EQ(kept.size(), 4u);
+  EXPECT_EQ(kept[0].at("name"), "a");
+  EXPECT_EQ(kept[3].at("name"), "gone");
+  const Json summary = Json::parse(slurp(folder / "out/summary.json"));
+  EXPECT_EQ(summary.at("verdicts"), (Json{{"use", 2}, {"check", 0}, {"no", 2}}));
+  EXPECT_EQ(summary.at("reasons"), (Json{{"unreadable", 2}}));
+  expect_part(slurp(folder / "out/page.html"), "\"name\":\"gone\"");
+  // A run of the batch is a run as any other.
+  EXPECT_EQ(chasles(folder, "run in/a -o alone --quiet").code, 0);
+  EXPECT_EQ(slurp(folder / "out/runs/a/states.csv"), slurp(folder / "alone/states.csv"));
+}
+
+TEST(BatchCommand, TheVerdictCheckHasAnExitCodeOfItsOwn) {
+  const Scratch folder;
+  simulate(folder, 1);
+  EXPECT_EQ(chasles(folder, "batch --no-check --most-sigma 1 in/a -o a").code, 0);
+  const Outcome outcome =
+      chasles(folder, "batch --no-check --most-sigma 1e-6 --most-drift 1e-6 in/a -o b");
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_EQ(lines_of(outcome.out)[0].at("reasons")[0].at("reason"), "uncertain");
+}
+
+TEST(BatchCommand, AListHasSettingsOfItsOwn) {
+  const Scratch folder;
+  simulate(folder, 1);
+  spill(folder / "list",
+        "in/a\n{\"recording\": \"in/a\", \"name\": \"standard\", "
+        "\"set\": {\"chart\": \"standard\"}, \"stop\": 2}\n");
+  ASSERT_EQ(chasles(folder, kBatch + "--manifest list -o out").code, 0);
+  const Json standard = Json::parse(slurp(folder / "out/runs/standard/summary.json"));
+  EXPECT_EQ(standard.at("chart"), "standard");
+  EXPECT_LT(standard.at("recorded_seconds"), 2.1);
+  EXPECT_EQ(Json::parse(slurp(folder / "out/runs/a/summary.json")).at("chart"), "right-sen3");
+}
+
+TEST(BatchCommand, HasTheSameBytesInPartsAndAfterAKill) {
+  const Scratch folder;
+  simulate(folder, 5);
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o whole --jobs 2").code, 0);
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o parts --shard 2/2 --jobs 1").code, 0);
+  EXPECT_FALSE(fs::exists(folder / "parts/page.html"));
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o parts --shard 1/2").code, 0);
+  expect_same_batches(folder / "whole", folder / "parts");
+
+  {
+    std::vector<std::string> words = {"batch", "--no-check", "--most-sigma", "1"};
+    for (const char* name : {"a", "b", "c", "d", "e"}) {
+      words.push_back((folder / "in" / name).string());
+    }
+    words.insert(words.end(), {"--jobs", "1", "-o", (folder / "killed").string()});
+    Process process(folder, words);
+    for (int tries = 0; tries < 6000 && !fs::exists(folder / "killed/verdicts/b.json"); ++tries) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    EXPECT_EQ(process.code_after(SIGKILL), -1);
+  }
+  ASSERT_TRUE(fs::exists(folder / "killed/verdicts/a.json"));
+  ASSERT_FALSE(fs::exists(folder / "killed/verdicts/e.json")) << "it was done before the kill";
+  const std::string all = folder.string() + "/in/?";
+  const Outcome again = chasles(folder, kBatch + all + " -o killed");
+  expect_error(again, 1, "has a batch already; --resume continues it");
+  const Outcome resumed = chasles(folder, kBatch + all + " -o killed --resume --jobs 2");
+  ASSERT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_LT(lines_of(resumed.out).size(), 5u) << "what was done is not done again";
+  ASSERT_EQ(chasles(folder, kBatch + all + " -o absolute").code, 0);
+  expect_same_batches(folder / "absolute", folder / "killed");
+}
+
+TEST(BatchCommand, CtrlCKeepsWhatIsDone) {
+  const Scratch folder;
+  simulate(folder, 4);
+  std::vector<std::string> words = {"batch", "--no-check", "--most-sigma", "1", "--jobs", "1"};
+  for (const char* name : {"a", "b", "c", "d"}) words.push_back((folder / "in" / name).string());
+  words.insert(words.end(), {"-o", (folder / "out").string()});
+  Process process(folder, words);
+  for (int tries = 0; tries < 6000 && !fs::exists(folder / "out/verdicts/a.json"); ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(process.code_after(SIGINT), 130);
+  expect_part(process.output(), "recordings are done; --resume continues the batch");
+  EXPECT_FALSE(fs::exists(folder / "out/page.html"));
+  EXPECT_EQ(chasles(folder, kBatch + folder.string() + "/in/? -o out --resume").code, 0);
+}
+
+TEST(BatchCommand, SaysWhatBecameBetterOrWorse) {
+  const Scratch folder;
+  simulate(folder, 3);
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o before").code, 0);
+  const Outcome now = chasles(
+      folder, "batch --no-check --most-sigma 1e-6 --most-drift 1e-6 in/? -o now --against before");
+  EXPECT_EQ(now.code, 5);
+  expect_part(now.err, "worse: a (was use, is check)");
+  expect_part(now.err, "worst_sigma_m: 1.000 times that of the earlier batch");
+  const Json difference = Json::parse(slurp(folder / "now/difference.json"));
+  EXPECT_EQ(difference.at("worse").size(), 3u);
+  expect_error(chasles(folder, kBatch + "in/a -o x --against in"), 2, "verdicts.jsonl");
+}
+
+TEST(BatchCommand, RejectsWhatNoRecordingCanUse) {
+  const Scratch folder;
+  simulate(folder, 2);
+  expect_error(chasles(folder, "batch -o x"), 1, "found no recording");
+  expect_error(chasles(folder, "batch in/a"), 1, "--output is required");
+  expect_error(chasles(folder, kBatch + "in/a in/a -o x"), 1, "in/a: found twice");
+  expect_error(chasles(folder, kBatch + "in/a -o x --set gaet=1"), 1, "unknown key 'gaet'");
+  expect_error(chasles(folder, kBatch + "in/a -o x --jobs -1"), 1, "--jobs: found -1");
+  expect_error(chasles(folder, kBatch + "in/a -o x --shard 3/2"), 1, "--shard: found '3/2'");
+  expect_error(chasles(folder, kBatch + "in/a -o x --map-from in/b --shard 1/2"), 1,
+               "--map-from excludes --shard");
+  ASSERT_EQ(chasles(folder, kBatch + "in/a -o x").code, 0);
+  expect_error(chasles(folder, "batch --no-check in/a -o x --resume"), 1, "another plan (limits");
+  fs::rename(folder / "in/b", folder / "a");
+  expect_error(chasles(folder, kBatch + "a -o x --resume"), 1, "has the same name");
+  spill(folder / "x/verdicts/a.json", "{");
+  expect_error(chasles(folder, kBatch + "in/a -o x --resume"), 2, "found no record");
+}
+
+// A rendered walk is the map of another one.
+TEST(BatchCommand, AllPosesAreInTheMapOfTheFirstRecording) {
+  const Scratch folder;
+  for (const char* run : {"1", "2"}) {
+    const Outcome made =
+        chasles(folder, std::string("simulate walk --images --quiet --set walk_duration=5 --set "
+                                    "rest_duration=1 --set frame_rate=15 --run ") +
+                            run + " -o walk" + run);
+    ASSERT_EQ(made.code, 0) << made.err;
+  }
+  const Outcome outcome =
+      chasles(folder, "batch walk2 walk1 --map-from walk1 --no-check --most-sigma 1 -o out");
+  ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  const std::vector<Json> records = lines_of(outcome.out);
+  ASSERT_EQ(records.size(), 2u);
+  EXPECT_EQ(records[0].at("name"), "walk1");
+  EXPECT_EQ(records[1].at("path"), "in_map");
+  EXPECT_TRUE(fs::exists(folder / "out/runs/walk2/trajectory_in_map.tum"));
+}
+
+}  // namespace
+}  // namespace chasles::test
