@@ -107,7 +107,8 @@ void print_end(const BatchCommandOptions& o, const BatchEnd& end) {
   if (!end.difference.is_null()) note("{}", difference_text(end.difference));
   if (o.quiet) return;
   if (end.summary.is_null()) {
-    note("{} recordings of this part are done; the others are not yet\n", end.done);
+    note("{} of {} recordings of this part are done; the batch is not complete yet\n", end.done,
+         end.total);
     return;
   }
   const Json& verdicts = end.summary.at("verdicts");
@@ -128,8 +129,9 @@ int batch_command(BatchCommandOptions o) {
     flush_stdout();
     progress->show(done);
   };
-  const BatchEnd end =
-      run_batch(o.batch, {.ended = ended, .stop = [&] { return interrupt.requested(); }});
+  const auto listed = [](const Json& record) { app::print("{}\n", json_text(record)); };
+  const BatchEnd end = run_batch(
+      o.batch, {.ended = ended, .stop = [&] { return interrupt.requested(); }, .listed = listed});
   progress.reset();
   print_end(o, end);
   return exit_code(end);
@@ -210,6 +212,11 @@ void declare_processes(CLI::App& parser, BatchCommandOptions& o) {
   parser
       .add_flag("--resume", o.batch.resume,
                 "Continue the batch in FOLDER, or start it if there is none")
+      ->group("Processes");
+  parser
+      .add_flag("--collect", o.batch.collect,
+                "Run nothing: check the options, print the record of each recording or that it has "
+                "none, and write the page if all have one")
       ->group("Processes");
   const auto add = [&](const char* name, std::optional<double>& value, const char* unit,
                        const char* what, double by_default) {

@@ -31,7 +31,9 @@ from ._core import (
 )
 from . import _copies
 from ._arrays import from_arrays as _from_arrays
+from ._batch import Batch, batch
 from ._calls import compare, monte_carlo, run, simulate
+from ._executors import RayExecutor
 from ._check import Check, Finding, check
 from ._functions import command, evaluate, join_imu, main, read, read_run, settings
 from ._run import Run
@@ -39,10 +41,10 @@ from ._settings import FilterArguments, RunArguments, RunSettings, SceneSettings
 from .lab import ChartState, Comparison, FirstSight, Study, register_chart, register_depth_rule
 
 __all__ = [
-    "Camera", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate", "FilterArguments", "Finding",
-    "FirstSight", "ImuNoise", "InputError", "NotInitialisedError", "PredictedState", "RealtimeSlam", "Recording", "Run",
+    "Batch", "Camera", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate", "FilterArguments", "Finding",
+    "FirstSight", "ImuNoise", "InputError", "NotInitialisedError", "PredictedState", "RayExecutor", "RealtimeSlam", "Recording", "Run",
     "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study", "UsageError", "__version__",
-    "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart",
+    "batch", "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart",
     "register_depth_rule", "run", "settings", "simulate",
 ]
 

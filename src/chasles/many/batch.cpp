@@ -74,6 +74,11 @@ class Batch {
       ++end_.total;
       if (const auto record = folder_.record(o_.items[i])) note(*record);
     }
+    if (o_.collect) {
+      for (const BatchItem& item : o_.items) list(item);
+      finish();
+      return end_;
+    }
     JudgedRunOptions run = o_.run;
     if (o_.map_from) {
       if (!make_map(*o_.map_from)) return interrupted();
@@ -89,6 +94,13 @@ class Batch {
   }
 
  private:
+  void list(const BatchItem& item) {
+    Json record = folder_.record(item).value_or(
+        Json{{"name", item.name}, {"recording", item.said_source()}, {"verdict", nullptr}});
+    record.erase("sketch");
+    observer_.listed(record);
+  }
+
   void note(const Json& record) {
     ++end_.done;
     const std::string verdict = record.at("verdict");

@@ -23,6 +23,7 @@ struct BatchOptions {
   int jobs = 1;  ///< processes at a time
   Shard shard;   ///< the part of the items that is run
   bool resume = false;
+  bool collect = false;  ///< runs nothing: finishes a batch of which all recordings have records
   std::filesystem::path output;
   std::filesystem::path against;  ///< folder of an earlier batch; empty: none
 };
@@ -35,6 +36,9 @@ struct BatchObserver {
                      std::size_t done, std::size_t total)>
       ended;
   std::function<bool()> stop;  ///< whether to end early
+  /// With `collect`, of each item in turn: its record without the sketch, or name, recording and
+  /// the verdict null.
+  std::function<void(const nlohmann::ordered_json& record)> listed = {};
 };
 
 /// How a batch ended.

@@ -111,11 +111,11 @@ std::optional<Json> BatchFolder::record(const BatchItem& item) const {
                     "recording again",
                     file.string()));
   }
-  if (record.value("recording", "") != item.recording.string()) {
+  if (record.value("recording", "") != item.said_source()) {
     throw UsageError(
         fmt::format("{}: is of {}, and {} has the same name; give it another in the "
                     "list of --manifest",
-                    file.string(), record.value("recording", ""), item.recording.string()));
+                    file.string(), record.value("recording", ""), item.said_source()));
   }
   return record;
 }

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFields = "recording, name, truth, cameras, start, stop or set";
+constexpr const char* kFields = "recording, name, source, truth, cameras, start, stop or set";
 
 std::string text_of(const Json& value, const std::string& where, const std::string& field) {
   if (value.is_string() && !value.get<std::string>().empty()) return value.get<std::string>();
@@ -54,6 +54,8 @@ BatchItem item_from(const std::string& line, const fs::path& folder, const std::
       item.recording = folder / text_of(value, where, field);
     } else if (field == "name") {
       item.name = text_of(value, where, field);
+    } else if (field == "source") {
+      item.source = text_of(value, where, field);
     } else if (field == "truth") {
       item.truth = folder / text_of(value, where, field);
     } else if (field == "cameras") {

@@ -12,17 +12,20 @@ namespace chasles {
 /// One recording of a batch. What is not given here is that of the whole batch.
 struct BatchItem {
   std::filesystem::path recording;
-  std::string name = {};                        ///< its folder in the batch; empty: by name_items()
-  std::filesystem::path truth = {};             ///< empty: that of the recording, if any
-  std::string cameras = {};                     ///< as RecordingInput::cameras
+  std::string name = {};             ///< its folder in the batch; empty: by name_items()
+  std::string source = {};           ///< what the record says of where it is from; empty: the path
+  std::filesystem::path truth = {};  ///< empty: that of the recording, if any
+  std::string cameras = {};          ///< as RecordingInput::cameras
   std::optional<double> start = {}, stop = {};  ///< [s]
   std::vector<std::string> sets = {};           ///< KEY=VALUE, after those of the batch
+
+  std::string said_source() const { return source.empty() ? recording.string() : source; }
 };
 
 /// Reads a list of recordings: a path on each line, or a JSON object with `recording` and, where
-/// they differ from the batch, `name`, `truth`, `cameras`, `start`, `stop` [s] and `set`, an object
-/// of settings. Empty lines and those that begin with # do not count. Relative paths begin at the
-/// folder of the list. Throws InputError with file and line.
+/// they differ from the batch, `name`, `source`, `truth`, `cameras`, `start`, `stop` [s] and `set`,
+/// an object of settings. Empty lines and those that begin with # do not count. Relative paths
+/// begin at the folder of the list. Throws InputError with file and line.
 std::vector<BatchItem> read_batch_list(const std::filesystem::path& file);
 
 /// Gives each item without a name the last part of its path, without the extension of a file. Items

@@ -69,7 +69,7 @@ Json reasons_json(const std::vector<Reason>& reasons) {
 
 Json record_head(const BatchItem& item, const std::vector<Reason>& reasons) {
   return {{"name", item.name},
-          {"recording", item.recording.string()},
+          {"recording", item.said_source()},
           {"verdict", name_of(verdict_of(reasons))},
           {"reasons", reasons_json(reasons)}};
 }

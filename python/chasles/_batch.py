@@ -1,0 +1,310 @@
+"""Many recordings through the command `chasles batch`, on this machine or on those of an executor."""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import functools
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Union
+
+from . import _core
+from ._executors import stream
+from ._one_line import found
+from ._places import Cache, Place, is_url
+from ._progress import bar
+from ._run import Run
+
+_DONE = (0, 2, 5)  # exit codes of a batch by its worst verdict
+
+Item = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+
+class Batch:
+    """The verdicts of a batch of recordings."""
+
+    def __init__(self, place: Place, records: list[dict[str, Any]], summary: dict[str, Any], attempts: int) -> None:
+        self._place = place
+        self.folder = place.name
+        """Where the batch is: a path or a URL."""
+        self.records = records
+        """The record of each recording, in their order: name, verdict, reasons, coverage, worst_sigma_m, ..."""
+        self.summary = summary
+        """The content of summary.json."""
+        self.retried = attempts
+        """How often a task was given to another worker, because its worker died."""
+
+    def names(self, verdict: str) -> list[str]:
+        """The names of the recordings with this verdict: "use", "check" or "no"."""
+        if verdict not in ("use", "check", "no"):
+            raise _core.UsageError(f"names: found {found(verdict)}, expected 'use', 'check' or 'no'")
+        return [record["name"] for record in self.records if record["verdict"] == verdict]
+
+    def run(self, name: str) -> Run:
+        """The run of a recording, of a batch on this machine. Raises InputError where it has none."""
+        return Run(_core.read_run(os.path.join(self.folder, "runs", name)))
+
+    def page(self) -> str:
+        """The HTML page of the batch, as text."""
+        return self._place.read("page.html").decode()
+
+    def to_dataframe(self) -> Any:
+        """The records as a pandas DataFrame, a row for each recording."""
+        from ._optional import optional
+
+        return optional("pandas", "pandas").DataFrame(self.records).set_index("name")
+
+    def __repr__(self) -> str:
+        counts = collections.Counter(record["verdict"] for record in self.records)
+        return f"<chasles.Batch of {len(self.records)}: " + ", ".join(
+            f"{counts[verdict]} {verdict}" for verdict in ("use", "check", "no")) + ">"
+
+
+def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *, executor: Any = None,
+          jobs: Optional[int] = None, resume: bool = False, estimator: str = "filter", cameras: str = "",
+          map: "Union[str, os.PathLike[str], None]" = None, config: "Union[str, os.PathLike[str], None]" = None,
+          settings: Optional[Mapping[str, Any]] = None, options: Iterable[str] = (), attempts: int = 3,
+          cache: "Union[str, os.PathLike[str], None]" = None, cache_bytes: float = 20e9,
+          on_record: Optional[Callable[[dict[str, Any]], None]] = None, progress: Optional[bool] = None) -> Batch:
+    """Runs recordings, each in a process of its own, and returns a Batch with a verdict on each: `chasles batch`
+    (docs/many.md), to the byte.
+
+    recordings: paths, URLs of fsspec ("s3://bucket/walk.mcap", "zip://walk::data.zip"), or dictionaries with `recording`
+    and, where they differ, `name`, `truth`, `cameras`, `start`, `stop` and `set`. folder: of the batch, a path or a URL;
+    resume: goes on with what is there. executor: any concurrent.futures.Executor whose workers have this package and, for
+    a path, see the same folder: Dask's Client.get_executor(), mpi4py's MPIPoolExecutor, chasles.RayExecutor; None: `jobs`
+    processes of this machine (one per core). A task whose worker dies is given to another, `attempts` times in all.
+    settings: {name: value}; options: further ones of the command, as ["--most-sigma", "0.05"].
+    cache: a folder on each worker for copies of remote recordings, held to about cache_bytes.
+    on_record: called with each record as it comes. progress: a bar, as in `run`.
+    Raises UsageError as the command. Ctrl-C ends it, and what is done stays."""
+    place = Place(os.fspath(folder))
+    items = _named([_item(one) for one in recordings])
+    arguments = [*_arguments(estimator, cameras, map, config, settings), *[str(one) for one in options]]
+    cached = Cache(os.fspath(cache) if cache else os.path.join(tempfile.gettempdir(), "chasles-recordings"), cache_bytes)
+    if place.has("plan.json") and not resume:
+        raise _core.UsageError(f"folder: {place.name} has a batch already; expected resume=True to continue it")
+    with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
+        collected = _Collected(place, items, arguments, pathlib.Path(scratch))
+        missing = collected.begin()
+        retried = 0
+        with bar(progress, "batch", "recordings") as advance:
+            done = len(items) - len(missing)
+            for record, attempt in _records(missing, collected, executor, jobs, cached, attempts):
+                retried += attempt - 1
+                done += 1
+                if on_record:
+                    on_record(record)
+                if advance:
+                    advance(done, len(items))
+        return Batch(place, *collected.finish(), retried)
+
+
+def _item(one: Item) -> dict[str, Any]:
+    if isinstance(one, Mapping):
+        item = dict(one)
+        if "recording" not in item:
+            raise _core.UsageError(f"batch: found {found(one)}, expected a dictionary with 'recording'")
+        item["recording"] = os.fspath(item["recording"])
+    else:
+        item = {"recording": os.fspath(one)}
+    if not is_url(item["recording"]):
+        item["recording"] = os.path.abspath(item["recording"])
+    if "truth" in item:
+        item["truth"] = os.path.abspath(item["truth"])
+    item.setdefault("source", item["recording"])
+    return item
+
+
+def _named(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """As the command names them; remote ones by the last part of their path."""
+    for item in items:
+        if is_url(item["recording"]) and "name" not in item:
+            last = item["recording"].split("::")[0].rstrip("/").rsplit("/", 1)[-1]
+            item["name"] = re.sub(r"\.[a-z0-9]{1,5}$", "", last)
+    return items
+
+
+def _arguments(estimator: str, cameras: str, map: Any, config: Any, settings: Optional[Mapping[str, Any]]) -> list[str]:
+    arguments = ["--estimator", estimator]
+    if cameras:
+        arguments += ["--cameras", cameras]
+    if map is not None:
+        arguments += ["--map", os.path.abspath(os.fspath(map))]
+    if config is not None:
+        arguments += ["--config", os.path.abspath(os.fspath(config))]
+    for name, value in (settings or {}).items():
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        arguments += ["--set", f"{name}={text}"]
+    return arguments
+
+
+def _command(*arguments: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen([sys.executable, "-m", "chasles", "batch", *arguments], stdin=subprocess.DEVNULL,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def _finish(process: "subprocess.Popen[str]", out: str, err: str) -> str:
+    """The output of a batch. Raises what the command said."""
+    if process.returncode in _DONE and "chasles: error:" not in err:
+        return out
+    message = err.strip().rsplit("chasles: error: ", 1)[-1] or f"the command ended with {process.returncode}"
+    raise (_core.UsageError if process.returncode == 1 else _core.InputError)(message)
+
+
+def _run_command(*arguments: str) -> str:
+    process = _command(*arguments)
+    try:
+        out, err = process.communicate()
+    except BaseException:
+        process.kill()
+        process.wait()
+        raise
+    return _finish(process, out, err)
+
+
+def _manifest(items: Iterable[Mapping[str, Any]], file: pathlib.Path) -> str:
+    file.write_text("".join(json.dumps(item) + "\n" for item in items))
+    return str(file)
+
+
+class _Collected:
+    """A batch whose recordings run elsewhere: the command makes its plan and, at the end, its page."""
+
+    def __init__(self, place: Place, items: list[dict[str, Any]], arguments: list[str], scratch: pathlib.Path) -> None:
+        self.place = place
+        self.arguments = arguments
+        # The command works in a folder of this machine.
+        self.local = scratch / "batch" if place.is_remote else pathlib.Path(place.name)
+        self.items = items
+        self._list = scratch / "list"
+
+    def manifest(self) -> str:
+        return _manifest(self.items, self._list)
+
+    def _collect(self) -> list[dict[str, Any]]:
+        """The record of each recording; the verdict None where it has none."""
+        out = _run_command("--manifest", self.manifest(), *self.arguments, "--collect", "--resume", "--quiet", "-o",
+                           str(self.local))
+        return [json.loads(line) for line in out.splitlines()]
+
+    def begin(self) -> list[dict[str, Any]]:
+        """Makes the plan, or checks that it is the same. The recordings that have no record yet, with their names."""
+        if self.place.is_remote:
+            self.local.mkdir()
+            if self.place.has("plan.json"):
+                (self.local / "plan.json").write_bytes(self.place.read("plan.json"))
+            self._fetch_records()
+        records = self._collect()
+        if self.place.is_remote:
+            self.place.write("plan.json", (self.local / "plan.json").read_bytes())
+        for item, record in zip(self.items, records):
+            item["name"] = record["name"]
+        return [item for item, record in zip(self.items, records) if record["verdict"] is None]
+
+    def _fetch_records(self) -> None:
+        (self.local / "verdicts").mkdir(exist_ok=True)
+        for name in self.place.names("verdicts"):
+            (self.local / "verdicts" / name).write_bytes(self.place.read(f"verdicts/{name}"))
+
+    def finish(self) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+        if self.place.is_remote:
+            self._fetch_records()
+            self._fetch_pictures()
+        records = self._collect()
+        self.place.remove_parts("runs", "verdicts", "timing")
+        if self.place.is_remote:
+            for name in ("verdicts.jsonl", "page.html", "summary.json"):
+                self.place.write(name, (self.local / name).read_bytes())
+        return records, json.loads((self.local / "summary.json").read_text())
+
+    def _fetch_pictures(self) -> None:
+        for item in self.items:
+            run = f"runs/{item['name']}"
+            for name in self.place.names(f"{run}/images"):
+                file = self.local / run / "images" / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(self.place.read(f"{run}/images/{name}"))
+
+
+def _records(missing: list[dict[str, Any]], collected: _Collected, executor: Any, jobs: Optional[int], cache: Cache,
+             attempts: int) -> "Iterable[tuple[dict[str, Any], int]]":
+    if not missing:
+        return
+    is_local = not collected.place.is_remote and not any(is_url(item["recording"]) for item in missing)
+    if executor is None and is_local:
+        yield from _by_the_command(collected, jobs)
+        return
+    judge = functools.partial(_judge, arguments=collected.arguments, folder=collected.place.name,
+                              cache=(str(cache.folder), cache.most_bytes))
+    if executor is not None:
+        for one in stream(executor, judge, missing, attempts=attempts):
+            yield one.value, one.attempts
+        return
+    import concurrent.futures
+
+    # Threads: each waits for the process of its recording.
+    with concurrent.futures.ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
+        for one in stream(threads, judge, missing, attempts=1):
+            yield one.value, one.attempts
+
+
+def _by_the_command(collected: _Collected, jobs: Optional[int]) -> "Iterable[tuple[dict[str, Any], int]]":
+    process = _command("--manifest", collected.manifest(), *collected.arguments, "--resume", "--quiet",
+                       *(["--jobs", str(jobs)] if jobs is not None else []), "-o", collected.place.name)
+    assert process.stdout is not None
+    try:
+        for line in process.stdout:
+            record = json.loads(line)
+            yield record, record["attempts"]
+        _, err = process.communicate()
+    except BaseException:
+        process.kill()  # and its processes with it
+        process.wait()
+        raise
+    _finish(process, "", err)
+
+
+def _judge(item: dict[str, Any], arguments: list[str], folder: str, cache: tuple[str, float]) -> dict[str, Any]:
+    """The task of a worker: runs one recording, and delivers its run and then its record."""
+    place, name = Place(folder), item["name"]
+    if place.has(f"verdicts/{name}.json"):  # of a worker that died when all was done
+        record: dict[str, Any] = json.loads(place.read(f"verdicts/{name}.json"))
+        record.pop("sketch", None)
+        return record
+    with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
+        work = pathlib.Path(scratch)
+        with _local(item["recording"], cache) as path:
+            record = _judge_local({**item, "recording": path}, arguments, work)
+        if (work / "batch/runs" / name).exists():
+            place.write_folder(work / "batch/runs" / name, f"runs/{name}")
+        place.write(f"timing/{name}.json", (work / f"batch/timing/{name}.json").read_bytes())
+        place.write(f"verdicts/{name}.json", (work / f"batch/verdicts/{name}.json").read_bytes())
+        return record
+
+
+@contextlib.contextmanager
+def _local(recording: str, cache: tuple[str, float]) -> "Iterator[str]":
+    """The path of a recording on this machine. One that is not there has a path where nothing is: that is its verdict."""
+    if not is_url(recording):
+        yield recording
+        return
+    with contextlib.ExitStack() as stack:
+        try:
+            path = stack.enter_context(Cache(*cache).local(recording))
+        except FileNotFoundError:
+            path = recording
+        yield path
+
+
+def _judge_local(item: Mapping[str, Any], arguments: list[str], work: pathlib.Path) -> dict[str, Any]:
+    out = _run_command("--manifest", _manifest([item], work / "list"), *arguments, "--jobs", "1", "--quiet", "-o",
+                       str(work / "batch"))
+    record: dict[str, Any] = json.loads(out)
+    return record
