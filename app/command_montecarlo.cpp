@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +18,6 @@
 #include "lab_scene.hpp"
 #include "options.hpp"
 #include "print.hpp"
-#include "ranks.hpp"
 #include "scene_options.hpp"
 #include "subcommands.hpp"
 #include "trial_log.hpp"
@@ -66,37 +64,24 @@ void check(const MonteCarloOptions& o) {
 /// Thrown out of the work at the first Ctrl-C.
 struct Interrupted {};
 
-int workers_of(const MonteCarloOptions& o, const Ranks& ranks) {
-  if (ranks.size() > 1) {
-    if (o.workers <= 1) return 1;
-    throw UsageError(
-        "--workers: under mpirun each process is one worker; expected 1, or mpirun -n");
-  }
+int workers_of(const MonteCarloOptions& o) {
   return o.workers > 0 ? o.workers
                        : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-// Executes the runs. Rank 0 passes the lines of each run to `keep`. Returns false if interrupted.
-bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<std::uint64_t>& all,
-          const Ranks& ranks, const Ranks::Result& keep) {
-  // mpirun itself ends all of its processes.
-  std::optional<Interrupt> interrupt;
-  if (ranks.size() == 1) interrupt.emplace();
-  Progress progress(all.size(), o.quiet || !ranks.first(), "runs");
+// Executes the runs, and keeps the lines of each. Returns false if interrupted.
+bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<std::uint64_t>& runs,
+          TrialLog& log) {
+  const Interrupt interrupt;
+  Progress progress(runs.size(), o.quiet, "runs");
   std::size_t done = 0;
-  const int workers = workers_of(o, ranks);
-  const auto some = [&](const std::vector<std::uint64_t>& runs, const Ranks::Result& result_of) {
-    scene.work(runs, workers, [&](std::span<const TrialRecord> records) {
+  try {
+    scene.work(runs, workers_of(o), [&](std::span<const TrialRecord> records) {
       std::string lines;
       for (const TrialRecord& record : records) lines += to_line(record);
-      result_of(records.front().run, lines);
-    });
-  };
-  try {
-    ranks.work(all, some, [&](std::uint64_t run, const std::string& lines) {
-      keep(run, lines);
+      log.add(records.front().run, lines);
       progress.show(++done);
-      if (interrupt && interrupt->requested() && done < all.size()) throw Interrupted{};
+      if (interrupt.requested() && done < runs.size()) throw Interrupted{};
     });
   } catch (const Interrupted&) {
     return false;
@@ -136,16 +121,13 @@ int merge(const MonteCarloOptions& o) {
   return deliver(o, log);
 }
 
-// The part of rank 0, which uses the files.
-int lead(const MonteCarloOptions& o, const LabScene& scene, const Ranks& ranks) {
+int execute(const MonteCarloOptions& o, const LabScene& scene) {
   const std::vector<std::uint64_t> asked = runs_of(o);
   TrialLog log(o.output, scene.plan, asked, o.resume);
   std::vector<std::uint64_t> missing;
   std::ranges::copy_if(asked, std::back_inserter(missing),
                        [&](std::uint64_t run) { return !log.has(run); });
-  ranks.share(missing);
-  const auto keep = [&](std::uint64_t run, const std::string& lines) { log.add(run, lines); };
-  if (!work(o, scene, missing, ranks, keep)) {
+  if (!work(o, scene, missing, log)) {
     spdlog::error("interrupted: {} of {} runs are done; --resume continues the study", log.runs(),
                   asked.size());
     return Interrupt::kExitCode;
@@ -155,16 +137,9 @@ int lead(const MonteCarloOptions& o, const LabScene& scene, const Ranks& ranks) 
 
 int montecarlo(const MonteCarloOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  const Ranks ranks;
   check(o);
-  if (!o.merge.empty()) return ranks.first() ? merge(o) : 0;
-  const LabScene scene = lab_scene(o.scene, o.filters);
-  workers_of(o, ranks);
-  if (!ranks.first()) {
-    work(o, scene, ranks.share({}), ranks, {});
-    return 0;
-  }
-  return ranks.lead([&] { return lead(o, scene, ranks); });
+  if (!o.merge.empty()) return merge(o);
+  return execute(o, lab_scene(o.scene, o.filters));
 }
 
 void declare_study(CLI::App& parser, MonteCarloOptions& o) {

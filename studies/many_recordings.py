@@ -134,7 +134,7 @@ def covered(recording: pathlib.Path) -> None:
 def frozen(recording: pathlib.Path) -> None:
     """The same image for 4 seconds, with new times."""
     images = sorted((recording / "mav0/cam0/data").iterdir(), key=lambda image: int(image.stem))
-    for image in images[100:180]:
+    for image in images[101:181]:
         shutil.copyfile(images[100], image)
 
 

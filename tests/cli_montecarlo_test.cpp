@@ -224,37 +224,6 @@ TEST(LoopsStudy, RejectsWhatItDoesNotHave) {
   rejected("--seed x", "--seed: found 'x'");
 }
 
-#ifdef CHASLES_MPIRUN
-TEST(LoopsStudy, HasTheSameBytesUnderMpirun) {
-  const Scratch folder;
-  ASSERT_EQ(chasles(folder, kLoops + "-o alone").code, 0);
-  const std::string mpirun =
-      "env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" CHASLES_MPIRUN
-      "' --oversubscribe -n 2 ";
-  const Outcome outcome = chasles(folder, kLoops + "-o ranks", mpirun);
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  expect_same(folder, "alone", "ranks");
-}
-#endif
-
-#ifdef CHASLES_MPIRUN
-TEST(MonteCarloCommand, HasTheSameBytesUnderMpirun) {
-  const Scratch folder;
-  do_study(folder, "-o alone");
-  const std::string mpirun =
-      "env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" CHASLES_MPIRUN
-      "' --oversubscribe -n 2 ";
-  const Outcome outcome = chasles(folder, kStudy + "-o ranks", mpirun);
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  expect_part(outcome.out, "5 runs");
-  expect_same(folder, "alone", "ranks");
-  const Outcome again = chasles(folder, kStudy + "-o ranks", mpirun);
-  EXPECT_EQ(again.code, 1) << again.err;
-  expect_part(again.err, "chasles: error: ranks holds a study");
-  EXPECT_EQ(chasles(folder, "montecarlo hallwy --runs 2 -o x", mpirun).code, 1);
-}
-#endif
-
 TEST(TrialLine, IsReadBackTheSame) {
   const double nan = std::nan("");
   TrialRecord record{

@@ -7,10 +7,3 @@ chasles_opencv_codecs(cli_test)
 add_dependencies(cli_test chasles)
 target_compile_definitions(cli_test PRIVATE CHASLES_BINARY="$<TARGET_FILE:chasles>"
   CHASLES_NODE="${CHASLES_NODE}")
-# Found by app/CMakeLists.txt; a test is skipped if there is no mpirun.
-if(NOT CHASLES_MPI STREQUAL "OFF")
-  find_package(MPI QUIET COMPONENTS CXX)
-  if(MPI_CXX_FOUND)
-    target_compile_definitions(cli_test PRIVATE CHASLES_MPIRUN="${MPIEXEC_EXECUTABLE}")
-  endif()
-endif()

@@ -1,12 +1,15 @@
 """The functions of the package that take settings as arguments. Their types, with all settings by name, are in
 _calls.pyi, which tools/python-types writes."""
 
+import functools
 import json
 import os
+import pathlib
 import tempfile
 from collections.abc import Mapping
 
 from . import _core
+from ._executors import stream
 from ._laboratory import laboratory
 from ._one_line import found
 from ._progress import bar
@@ -75,13 +78,45 @@ def compare(recording, estimators, **common):
     return Comparison({name: run(recording, **{**common, **arguments}) for name, arguments in estimators.items()})
 
 
-def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, progress=None, **settings):
+def _part(numbers, *, scene, filters, settings):
+    """The task of a worker: some runs of a study. Its files, by name."""
+    first, runs = numbers
+    with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
+        folder = pathlib.Path(scratch, "part")
+        laboratory().monte_carlo(scene, filters, runs, first, 1, str(folder), settings, None)
+        return {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+
+
+_MOST_PARTS = 512  # of a study on an executor
+
+
+def _study_in_parts(scene, filters, runs, first, folder, settings, executor, attempts, advance):
+    """The study of parts that run on an executor; they are on disk, and not in memory."""
+    size = -(-runs // _MOST_PARTS)
+    numbers = [(first + at, min(size, runs - at)) for at in range(0, runs, size)]
+    task = functools.partial(_part, scene=scene, filters=filters, settings=settings)
+    done = 0
+    with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
+        folders = {part: pathlib.Path(scratch, str(part[0])) for part in numbers}
+        for one in stream(executor, task, numbers, attempts=attempts):
+            folders[one.item].mkdir()
+            for name, data in one.value.items():
+                (folders[one.item] / name).write_bytes(data)
+            done += one.item[1]
+            if advance:
+                advance(done, runs)
+        return laboratory().merge_studies([str(folders[part]) for part in numbers], folder)
+
+
+def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, executor=None, attempts=3, progress=None,
+                **settings):
     """Executes `runs` runs of a scene through all filters, and returns a Study. In each run all filters have the same
     landmarks, noise and initial errors.
 
     filters: {name: {setting: value}}, with "estimator" among the settings. settings: those of the scene. folder: where
     the study is kept, as `chasles montecarlo -o` does; a temporary one if none is given. workers: processes; 1 where a
-    chart or depth rule is written in Python. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
+    chart or depth rule is written in Python. executor: any concurrent.futures.Executor instead of them, as for `batch`;
+    the bytes are the same. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
     _check_named("monte_carlo", "filters", filters)
     temporary = None
     if folder is None:
@@ -89,7 +124,12 @@ def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, progre
         folder = os.path.join(temporary.name, "study")
     settings_of = {name: dict(one) for name, one in filters.items()}
     with bar(progress, "monte_carlo", "runs") as advance:
-        summary = laboratory().monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings, advance)
+        if executor is not None and runs > 0:
+            summary = _study_in_parts(scene, settings_of, runs, first, os.fspath(folder), settings, executor, attempts,
+                                      advance)
+        else:
+            summary = laboratory().monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings,
+                                               advance)
     study = Study(os.fspath(folder), json.loads(summary))
     study._temporary = temporary
     return study

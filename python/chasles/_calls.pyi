@@ -1,5 +1,6 @@
 """Types of _calls.py, with all settings. Written by tools/python-types: do not edit."""
 
+from concurrent.futures import Executor as _Executor
 from typing import Literal, Mapping, Optional, Union
 
 from ._core import Path as _Path, Recording
@@ -184,7 +185,8 @@ def compare(
 
 def monte_carlo(
         scene: str, filters: Mapping[str, FilterArguments], *, runs: int, first: int = ...,
-        workers: int = ..., folder: Optional[_Path] = ..., progress: Optional[bool] = ...,
+        workers: int = ..., folder: Optional[_Path] = ..., executor: Optional[_Executor] = ...,
+        attempts: int = ..., progress: Optional[bool] = ...,
         name: str = ..., geometry: Literal['hallway', 'turntable', 'trajectory', 'walk'] = ..., seed: int = ...,
         knot_interval: float = ..., rest_duration: float = ..., start_duration: float = ..., hall_length: float = ...,
         hall_width: float = ..., corridor_width: float = ..., corridor_height: float = ..., imu_height: float = ...,
@@ -228,5 +230,6 @@ def monte_carlo(
 
     filters: {name: {setting: value}}, with "estimator" among the settings. settings: those of the scene. folder: where
     the study is kept, as `chasles montecarlo -o` does; a temporary one if none is given. workers: processes; 1 where a
-    chart or depth rule is written in Python. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
+    chart or depth rule is written in Python. executor: any concurrent.futures.Executor instead of them, as for `batch`;
+    the bytes are the same. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
     ...

@@ -192,3 +192,14 @@ def test_recordings_and_results_behind_urls(recordings, tmp_path):
     again = chasles.batch(urls, "memory://out", options=OPTIONS, resume=True, on_record=pytest.fail)
     assert again.summary == batch.summary
     assert json.loads(files_of.cat("/out/summary.json"))["recordings"] == 2
+
+
+def test_a_study_on_an_executor_has_the_same_bytes(tmp_path):
+    filters = {"ours": {}, "standard": {"chart": "standard"}}
+    scene = {"revolutions": 0.12}
+    here = chasles.monte_carlo("turntable", filters, runs=5, folder=tmp_path / "here", **scene)
+    with concurrent.futures.ProcessPoolExecutor(2) as executor:
+        there = chasles.monte_carlo("turntable", filters, runs=5, folder=tmp_path / "there", executor=executor, **scene)
+        with pytest.raises(chasles.UsageError, match="gaet"):
+            chasles.monte_carlo("turntable", {"x": {"gaet": 1}}, runs=2, executor=executor)
+    assert files(here.folder) == files(there.folder) and here.table == there.table

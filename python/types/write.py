@@ -151,6 +151,7 @@ def calls_stub(core, lab):
     groups, _ = grouped(merged(core.settings("imu"), core.settings("velocity")))
     first_of_run = lines_of(f"{name}: {kind} = ..." for name, kind in OF_RUN.items()).replace("\n", "\n        ") + ","
     text = ('"""Types of _calls.py, with all settings. Written by tools/python-types: do not edit."""\n\n'
+            "from concurrent.futures import Executor as _Executor\n"
             "from typing import Literal, Mapping, Optional, Union\n\nfrom ._core import Path as _Path, Recording\n"
             "from ._run import Run\nfrom ._settings import (\n    FilterArguments,\n    RunArguments,\n"
             + "".join(f"    {name},\n" for name in sorted(group_types(groups).values()))
@@ -161,7 +162,8 @@ def calls_stub(core, lab):
     text += function("compare", "recording: Union[Recording, _Path], estimators: Mapping[str, RunArguments], *,\n        "
                      + first_of_run, of_run, "Comparison", docs["compare"])
     text += function("monte_carlo", "scene: str, filters: Mapping[str, FilterArguments], *, runs: int, first: int = ...,\n"
-                     "        workers: int = ..., folder: Optional[_Path] = ..., progress: Optional[bool] = ...,",
+                     "        workers: int = ..., folder: Optional[_Path] = ..., executor: Optional[_Executor] = ...,\n"
+                     "        attempts: int = ..., progress: Optional[bool] = ...,",
                      {name: one for name, one in scene.items() if name not in ("runs", "first")}, "Study",
                      docs["monte_carlo"])
     return text

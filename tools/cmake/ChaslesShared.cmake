@@ -44,9 +44,6 @@ target_link_options(chasles_shared PRIVATE -Wl,--version-script=${chasles_map}
 add_executable(chasles_linked $<TARGET_OBJECTS:chasles> $<TARGET_OBJECTS:chasles_app>)
 get_target_property(links chasles_app INTERFACE_LINK_LIBRARIES)
 list(FILTER links EXCLUDE REGEX "chasles(_|::)")
-if(links MATCHES "MPI::")
-  find_package(MPI REQUIRED COMPONENTS CXX)  # app/CMakeLists.txt found it for itself
-endif()
 set_target_properties(chasles_linked PROPERTIES OUTPUT_NAME chasles LINKER_LANGUAGE CXX
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/shared)
 target_link_libraries(chasles_linked PRIVATE chasles_shared ${links})

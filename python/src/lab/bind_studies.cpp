@@ -75,6 +75,21 @@ void check_workers(const std::vector<FilterVariant>& filters, int workers) {
   }
 }
 
+// The summary of a study that is complete, with its tables.
+std::string finished(app::TrialLog& log) {
+  const std::vector<FilterSummary> summaries = log.finish();
+  nlohmann::ordered_json result = log.summary();
+  result["table"] = app::tables(summaries, {}, app::TableStyle::kText);
+  return json_text(result, 0);
+}
+
+std::string merge_studies(const std::vector<std::filesystem::path>& folders,
+                          const std::filesystem::path& folder) {
+  const Released released;
+  app::TrialLog log = app::TrialLog::merged(folders, folder);
+  return finished(log);
+}
+
 std::string monte_carlo(const std::string& scene, const py::dict& filters, std::uint64_t runs,
                         std::uint64_t first, int workers, const std::filesystem::path& folder,
                         const py::dict& scene_settings, const py::object& progress) {
@@ -98,10 +113,7 @@ std::string monte_carlo(const std::string& scene, const py::dict& filters, std::
       log.add(records.front().run, lines);
       call.show(++done, plan.runs.size());
     });
-    const std::vector<FilterSummary> summaries = log.finish();
-    nlohmann::ordered_json result = log.summary();
-    result["table"] = app::tables(summaries, {}, app::TableStyle::kText);
-    return json_text(result, 0);
+    return finished(log);
   });
 }
 
@@ -116,6 +128,7 @@ void bind_studies(py::module_& m) {
   m.def("monte_carlo", &monte_carlo, py::arg("scene"), py::arg("filters"), py::arg("runs"),
         py::arg("first"), py::arg("workers"), py::arg("folder"), py::arg("scene_settings"),
         py::arg("progress"));
+  m.def("merge_studies", &merge_studies, py::arg("folders"), py::arg("folder"));
   m.def("study_page", &page_of_study, py::arg("folder"));
 }
 

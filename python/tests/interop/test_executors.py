@@ -56,6 +56,20 @@ def test_dask_and_a_worker_that_is_killed(recordings, expected, tmp_path):
     assert files(batch.folder) == expected
 
 
+def test_a_study_on_dask(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    filters, scene = {"ours": {}, "standard": {"chart": "standard"}}, {"revolutions": 0.12}
+    here = chasles.monte_carlo("turntable", filters, runs=20, folder=tmp_path / "here", **scene)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with distributed.Client(cluster) as client:
+            killer = threading.Timer(0.5, lambda: os.kill(next(iter(cluster.workers.values())).pid, signal.SIGKILL))
+            killer.start()
+            there = chasles.monte_carlo("turntable", filters, runs=20, folder=tmp_path / "there",
+                                        executor=client.get_executor(), **scene)
+            killer.join()
+    assert files(here.folder) == files(there.folder)
+
+
 def test_processes_whose_executor_breaks(recordings, expected, tmp_path):
     def kill_one(record):
         if kill_one.wanted:
