@@ -1,8 +1,10 @@
 #include <cmath>
+#include <filesystem>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/codec/text_file.hpp>
 #include <chasles/many/verdict.hpp>
 
 namespace chasles {
@@ -35,6 +37,16 @@ std::vector<std::string> against(const Json& summary,
 }
 
 using Names = std::vector<std::string>;
+
+// The page has the list of the program.
+TEST(Verdict, TheReasonsAreDocumented) {
+  const std::string page = read_text(std::filesystem::path(CHASLES_SOURCE_DIR) / "docs/many.md");
+  for (const ReasonKind& kind : reason_kinds()) {
+    const std::string row = std::string("| `") + kind.name + "` | " + name_of(kind.verdict) +
+                            " | " + kind.meaning + " |";
+    EXPECT_NE(page.find(row), std::string::npos) << row;
+  }
+}
 
 TEST(Verdict, NothingSpeaksAgainstAHealthyRun) {
   EXPECT_EQ(against(healthy()), Names{});

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/codec/text_file.hpp>
+#include <chasles/report/batch_page.hpp>
 #include <chasles/report/testing.hpp>
 
 namespace chasles {
@@ -38,6 +39,50 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
                                const std::string& script = "run_page.mjs",
                                const std::string& steps = "") {
   expect_page_works(run_page(runs), name, script, steps);
+}
+
+// Recordings with every verdict, hostile names, and an earlier batch.
+TEST(PageInABrowser, ABatchIsListedWorstFirst) {
+  using Json = nlohmann::ordered_json;
+  chasles::Run pictures = synthetic_drive({.states = 60, .landmarks = 10}).run;
+  test::add_synthetic_images(pictures, 30);
+  const std::string hostile = "<img src=x onerror='window.hostile=1'></script>";
+  std::vector<BatchRow> rows;
+  for (int i = 0; i < 30; ++i) {
+    const bool is_no = i % 10 == 3, is_check = i % 10 == 5;
+    Json record{{"name", "walk-" + std::to_string(i)},
+                {"recording", "/data/walk-" + std::to_string(i)},
+                {"verdict", is_no      ? "no"
+                            : is_check ? "check"
+                                       : "use"},
+                {"reasons", Json::array()}};
+    if (is_no) record["reasons"].push_back({{"reason", "unreadable"}, {"what", hostile}});
+    if (is_check) record["reasons"].push_back({{"reason", "uncertain"}, {"what", "0.2 m"}});
+    if (!is_no) {
+      record.update({{"coverage", 0.9},
+                     {"recorded_seconds", 12.5},
+                     {"length_m", 10 + i},
+                     {"worst_sigma_m", 0.01 * i},
+                     {"drift_m_per_100m", 0.1},
+                     {"sketch", {{"x", {0, 1, 2}}, {"y", {0, 0.5, i}}}}});
+    }
+    rows.push_back({record, is_no ? "" : pictures.images.front().jpeg});
+  }
+  const Json summary{{"recordings", 30},
+                     {"verdicts", {{"use", 24}, {"check", 3}, {"no", 3}}},
+                     {"reasons", {{"unreadable", 3}, {"uncertain", 3}}},
+                     {"recorded_seconds", 337.5},
+                     {"length_m", 700},
+                     {"plan", {{"version", "1"}, {"estimator", "filter"}}}};
+  const Json difference{
+      {"worse", {{{"name", hostile}, {"before", "use"}, {"now", "no"}}}},
+      {"better", {{{"name", "walk-1"}, {"before", "check"}, {"now", "use"}}}},
+      {"only_before", Json::array()},
+      {"only_now", {"walk-2"}},
+      {"figures",
+       {{"worst_sigma_m", {{"pairs", 27}, {"ratio", 0.9}, {"low", 0.8}, {"high", 1.1}}},
+        {"ate_posyaw_m", {{"pairs", 1}, {"ratio", 0.9}, {"low", nullptr}, {"high", nullptr}}}}}};
+  expect_page_works(batch_page(summary, rows, difference), "batch", "batch_page.mjs");
 }
 
 // A drive that ends at a standstill, where nothing is used.
