@@ -8,7 +8,7 @@ from typing import Any, Callable, Iterable, Iterator
 
 from . import _core
 
-WINDOW = 256  # tasks that are submitted and have not ended
+WINDOW = 2048  # tasks that are submitted and have not ended
 
 
 class TaskResult:

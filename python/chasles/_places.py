@@ -49,9 +49,11 @@ class Place:
         if self._remote is None:
             return sorted(os.listdir(path)) if os.path.isdir(path) else []
         self._remote[0].invalidate_cache()
-        if not self._remote[0].exists(path):
+        try:
+            entries = self._remote[0].ls(path, detail=False)
+        except FileNotFoundError:  # a store has no folders: exists() knows objects alone
             return []
-        return sorted(one.rstrip("/").rsplit("/", 1)[-1] for one in self._remote[0].ls(path, detail=False))
+        return sorted(one.rstrip("/").rsplit("/", 1)[-1] for one in entries)
 
     def read(self, name: str) -> bytes:
         if self._remote is None:

@@ -4,6 +4,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import signal
 import threading
 import time
@@ -192,6 +193,20 @@ def test_recordings_and_results_behind_urls(recordings, tmp_path):
     again = chasles.batch(urls, "memory://out", options=OPTIONS, resume=True, on_record=pytest.fail)
     assert again.summary == batch.summary
     assert json.loads(files_of.cat("/out/summary.json"))["recordings"] == 2
+
+
+def test_the_example_of_the_page(recordings, tmp_path, monkeypatch, capsys):
+    page = pathlib.Path(__file__).resolve().parents[2] / "docs/many.md"
+    (block,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "demos").mkdir()
+    for recording in recordings[:2]:
+        (tmp_path / "demos" / recording.name).symlink_to(recording)
+    block = block.replace('estimator="batch"', 'options=["--no-check", "--most-sigma", "1"]')
+    names = {}
+    exec(compile(block, str(page), "exec"), names)
+    counts = {name: len(names["batch"].run(name).smoothed["position"]) for name in "ab"}
+    assert capsys.readouterr().out == f"a {counts['a']}\nb {counts['b']}\n" and counts["a"] > 10
 
 
 def test_a_study_on_an_executor_has_the_same_bytes(tmp_path):
