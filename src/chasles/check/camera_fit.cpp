@@ -151,8 +151,8 @@ void explain_by_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
   fit.gyroscope.reset();
 }
 
-// The fit of the lens has local minima at other rotations, and a gyroscope fit of points in a plane
-// may begin at one: it begins at the stated rotation as well.
+// The fit of the lens has local minima at other rotations and offsets, and a gyroscope fit of points
+// in a plane may begin at one: it begins at what is stated as well.
 void fit_from_stated_rotation(const std::vector<SeenTwice>& seen,
                               const std::vector<StampedRate>& rates, const Camera& camera,
                               CameraFit& fit) {
@@ -161,8 +161,11 @@ void fit_from_stated_rotation(const std::vector<SeenTwice>& seen,
   as_stated.cam_R_imu = camera.cam_T_imu.R;
   as_stated.gain = 1;
   as_stated.bias_cam.setZero();
-  const auto other = fit_lens(seen, rates, as_stated);
-  if (other && (!fit.lens || other->cost < fit.lens->cost)) fit.lens = other;
+  for (const double offset : {fit.stated->offset, 0.0}) {
+    as_stated.offset = offset;
+    const auto other = fit_lens(seen, rates, as_stated);
+    if (other && (!fit.lens || other->cost < fit.lens->cost)) fit.lens = other;
+  }
 }
 
 // Points in a plane leave two rotations of an image, of which the one nearer to the start is found;

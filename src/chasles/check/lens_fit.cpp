@@ -19,7 +19,7 @@ constexpr double kEdge = 0.95;         // share of the rays
 constexpr double kSlack = 1.5e-3;      // of the rotation of an interval [rad]
 constexpr double kLeastAngle = 3e-4;   // scale of a residual: a sixth of a pixel [rad]
 constexpr double kSecondOfSigmas = 1;  // errors of tracks that share it are not independent [s]
-constexpr int kMostLensSteps = 15;
+constexpr int kMostLensSteps = 40;
 constexpr double kLensConverged = 1e-4;
 constexpr double kLongestLensStep = 0.2;  // of focal length and distortion
 constexpr double kLeastFocal = 1 / 3.0, kMostFocalScale = 3;
@@ -390,6 +390,7 @@ std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
     if (!step) return std::nullopt;
     converged = *step < kLensConverged;
   }
+  if (!converged) return std::nullopt;
   const double scale = 1 + problem.unknowns().focal;
   if (scale < kLeastFocal || scale > kMostFocalScale) return std::nullopt;
   const Global sigmas = problem.sigmas();
