@@ -241,17 +241,17 @@ def _records(missing: list[dict[str, Any]], collected: _Collected, executor: Any
     if executor is None and is_local:
         yield from _by_the_command(collected, jobs)
         return
-    judge = functools.partial(_judge, arguments=collected.arguments, folder=collected.place.name,
+    assess = functools.partial(_assess, arguments=collected.arguments, folder=collected.place.name,
                               cache=(str(cache.folder), cache.most_bytes))
     if executor is not None:
-        for one in stream(executor, judge, missing, attempts=attempts):
+        for one in stream(executor, assess, missing, attempts=attempts):
             yield one.value, one.attempts
         return
     import concurrent.futures
 
     # Threads: each waits for the process of its recording.
     with concurrent.futures.ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
-        for one in stream(threads, judge, missing, attempts=1):
+        for one in stream(threads, assess, missing, attempts=1):
             yield one.value, one.attempts
 
 
@@ -271,7 +271,7 @@ def _by_the_command(collected: _Collected, jobs: Optional[int]) -> "Iterable[tup
     _finish(process, "", err)
 
 
-def _judge(item: dict[str, Any], arguments: list[str], folder: str, cache: tuple[str, float]) -> dict[str, Any]:
+def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tuple[str, float]) -> dict[str, Any]:
     """The task of a worker: runs one recording, and delivers its run and then its record."""
     place, name = Place(folder), item["name"]
     if place.has(f"verdicts/{name}.json"):  # of a worker that died when all was done
@@ -281,7 +281,7 @@ def _judge(item: dict[str, Any], arguments: list[str], folder: str, cache: tuple
     with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
         work = pathlib.Path(scratch)
         with _local(item["recording"], cache) as path:
-            record = _judge_local({**item, "recording": path}, arguments, work)
+            record = _assess_local({**item, "recording": path}, arguments, work)
         if (work / "batch/runs" / name).exists():
             place.write_folder(work / "batch/runs" / name, f"runs/{name}")
         place.write(f"timing/{name}.json", (work / f"batch/timing/{name}.json").read_bytes())
@@ -303,7 +303,7 @@ def _local(recording: str, cache: tuple[str, float]) -> "Iterator[str]":
         yield path
 
 
-def _judge_local(item: Mapping[str, Any], arguments: list[str], work: pathlib.Path) -> dict[str, Any]:
+def _assess_local(item: Mapping[str, Any], arguments: list[str], work: pathlib.Path) -> dict[str, Any]:
     out = _run_command("--manifest", _manifest([item], work / "list"), *arguments, "--jobs", "1", "--quiet", "-o",
                        str(work / "batch"))
     record: dict[str, Any] = json.loads(out)

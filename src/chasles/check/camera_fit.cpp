@@ -151,8 +151,8 @@ void explain_by_lens(const std::vector<SeenTwice>& seen, const std::vector<Stamp
   fit.gyroscope.reset();
 }
 
-// The fit of the lens has local minima at other rotations and offsets, and a gyroscope fit of points
-// in a plane may begin at one: it begins at what is stated as well.
+// The fit of the lens has local minima at other rotations and offsets, and a gyroscope fit of
+// points in a plane may begin at one: it begins at what is stated as well.
 void fit_from_stated_rotation(const std::vector<SeenTwice>& seen,
                               const std::vector<StampedRate>& rates, const Camera& camera,
                               CameraFit& fit) {

@@ -79,7 +79,7 @@ class Batch {
       finish();
       return end_;
     }
-    JudgedRunOptions run = o_.run;
+    AssessedRunOptions run = o_.run;
     if (o_.map_from) {
       if (!make_map(*o_.map_from)) return interrupted();
       run.session.map = folder_.map();
@@ -115,12 +115,12 @@ class Batch {
   }
 
   // Returns false where it was interrupted.
-  bool work(const std::vector<std::size_t>& numbers, const JudgedRunOptions& run) {
+  bool work(const std::vector<std::size_t>& numbers, const AssessedRunOptions& run) {
     return run_in_bounded_processes(
         numbers, o_.jobs, o_.bounds,
         [&](std::size_t i, const std::function<void(double)>& minutes) {
           const BatchItem& item = o_.items[i];
-          return json_text(judged_run(run, item, folder_.run_of(item), minutes));
+          return json_text(assessed_run(run, item, folder_.run_of(item), minutes));
         },
         [&](std::size_t i, const EndedProcess& end) { keep(o_.items[i], end); }, observer_.stop);
   }
@@ -160,7 +160,7 @@ class Batch {
   bool make_map(std::size_t number) {
     const BatchItem& item = o_.items[number];
     if (!folder_.record(item)) {
-      JudgedRunOptions run = o_.run;
+      AssessedRunOptions run = o_.run;
       run.session.save_map = folder_.map();
       if (!work({number}, run)) return false;
     }

@@ -7,16 +7,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/many/assessed_run.hpp>
 #include <chasles/many/batch_list.hpp>
 #include <chasles/many/bounded_processes.hpp>
-#include <chasles/many/judged_run.hpp>
 
 namespace chasles {
 
-/// Many recordings, each run in a process of its own and judged (docs/many.md).
+/// Many recordings, each run in a process of its own and assessed (docs/many.md).
 struct BatchOptions {
   std::vector<BatchItem> items;  ///< with their names
-  JudgedRunOptions run;
+  AssessedRunOptions run;
   /// The item that runs first, and saves the map in which the others find their places.
   std::optional<std::size_t> map_from;
   ProcessBounds bounds;

@@ -24,7 +24,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBetweenLooks = 100;  // at the processes in progress [ms]
+constexpr int kPollPeriod = 100;  // of the processes in progress [ms]
 constexpr int kMostAttempts = 2;
 
 // A process writes messages: the length of its recording, and the result at its end.
@@ -232,7 +232,7 @@ class Processes {
     for (const Process& process : list_) {
       waiting.push_back({.fd = process.pipe_end(), .events = POLLIN, .revents = 0});
     }
-    if (poll(waiting.data(), waiting.size(), kBetweenLooks) < 0 && errno != EINTR) {
+    if (poll(waiting.data(), waiting.size(), kPollPeriod) < 0 && errno != EINTR) {
       fail("no news of the processes");
     }
     for (auto process = list_.begin(); process != list_.end(); ++process) {

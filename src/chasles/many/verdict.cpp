@@ -99,7 +99,7 @@ std::optional<double> number_in(const Json& object, const char* name) {
   return found->get<double>();
 }
 
-void judge_coverage(const Json& summary, const VerdictLimits& limits, Reasons& reasons) {
+void assess_coverage(const Json& summary, const VerdictLimits& limits, Reasons& reasons) {
   const double coverage = number_in(summary, "coverage").value_or(0);
   const std::string what = fmt::format("{:.0f} % of the frames have an estimate", 100 * coverage);
   if (coverage < kLeastCoverage) {
@@ -110,7 +110,7 @@ void judge_coverage(const Json& summary, const VerdictLimits& limits, Reasons& r
   }
 }
 
-void judge_health(const Json& summary, Reasons& reasons) {
+void assess_health(const Json& summary, Reasons& reasons) {
   const std::string health = summary.value("health", "ok");
   if (health == "lost") {
     reasons.add("lost", fmt::format("the estimate was lost after {:.0f} frames",
@@ -127,7 +127,7 @@ void judge_health(const Json& summary, Reasons& reasons) {
   }
 }
 
-void judge_path(const PathFigures& path, const VerdictLimits& limits, Reasons& reasons) {
+void assess_path(const PathFigures& path, const VerdictLimits& limits, Reasons& reasons) {
   const double most = std::max(limits.most_sigma, limits.most_drift * path.length_m / 100);
   if (path.worst_sigma_m > most) {
     reasons.add(
@@ -137,7 +137,7 @@ void judge_path(const PathFigures& path, const VerdictLimits& limits, Reasons& r
   }
 }
 
-void judge_innovations(const Json& summary, const VerdictLimits& limits, Reasons& reasons) {
+void assess_innovations(const Json& summary, const VerdictLimits& limits, Reasons& reasons) {
   const std::optional<double> nis = number_in(summary, "nis_per_dof");
   if (nis && *nis > limits.most_nis) {
     reasons.add("innovations",
@@ -147,7 +147,7 @@ void judge_innovations(const Json& summary, const VerdictLimits& limits, Reasons
   }
 }
 
-void judge_calibration(const Json& summary, Reasons& reasons) {
+void assess_calibration(const Json& summary, Reasons& reasons) {
   constexpr double kMostSigmas = 4;
   const auto calibration = summary.find("calibration");
   if (calibration == summary.end() || !calibration->contains("parameters")) return;
@@ -165,7 +165,7 @@ void judge_calibration(const Json& summary, Reasons& reasons) {
 }
 
 // A few samples that are bridged are no reason.
-void judge_imu(const Json& summary, Reasons& reasons) {
+void assess_imu(const Json& summary, Reasons& reasons) {
   const auto imu = summary.find("imu");
   if (imu == summary.end()) return;
   const double used = std::max(1.0, number_in(*imu, "used").value_or(0));
@@ -182,7 +182,7 @@ void judge_imu(const Json& summary, Reasons& reasons) {
   }
 }
 
-void judge_images(const Json& summary, Reasons& reasons) {
+void assess_images(const Json& summary, Reasons& reasons) {
   const auto frontend = summary.find("frontend");
   if (frontend == summary.end()) return;
   const double unreadable = number_in(*frontend, "unreadable").value_or(0);
@@ -193,7 +193,7 @@ void judge_images(const Json& summary, Reasons& reasons) {
   }
 }
 
-void judge_check(const CheckReport& check, Reasons& reasons) {
+void assess_check(const CheckReport& check, Reasons& reasons) {
   for (const Finding& finding : check.findings) {
     if (finding.severity == Severity::kNote) continue;
     reasons.add(finding.severity == Severity::kError ? "check_error" : "check_warning",
@@ -243,18 +243,18 @@ std::vector<Reason> reasons_against(const Json& summary, const std::optional<Pat
                                     bool in_map, const CheckReport& check,
                                     const VerdictLimits& limits) {
   Reasons reasons;
-  judge_coverage(summary, limits, reasons);
-  judge_health(summary, reasons);
+  assess_coverage(summary, limits, reasons);
+  assess_health(summary, reasons);
   if (path) {
-    judge_path(*path, limits, reasons);
+    assess_path(*path, limits, reasons);
   } else if (in_map) {
     reasons.add("no_place", "no part of the map was recognised");
   }
-  judge_innovations(summary, limits, reasons);
-  judge_calibration(summary, reasons);
-  judge_imu(summary, reasons);
-  judge_images(summary, reasons);
-  judge_check(check, reasons);
+  assess_innovations(summary, limits, reasons);
+  assess_calibration(summary, reasons);
+  assess_imu(summary, reasons);
+  assess_images(summary, reasons);
+  assess_check(check, reasons);
   return reasons.take();
 }
 

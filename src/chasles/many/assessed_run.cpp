@@ -6,7 +6,7 @@
 #include <chasles/base/processor_time.hpp>
 #include <chasles/base/stopwatch.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/many/judged_run.hpp>
+#include <chasles/many/assessed_run.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/session/diagnosis.hpp>
 #include <chasles/session/fault.hpp>
@@ -31,7 +31,7 @@ double minutes_of(const Recording& recording) {
 }
 
 // What a person finds wrong with a truth says nothing about the poses.
-CheckReport checked(const JudgedRunOptions& options, const Recording& recording) {
+CheckReport checked(const AssessedRunOptions& options, const Recording& recording) {
   if (!options.check) return {};
   CheckReport report = diagnose(recording, kCheckedSeconds,
                                 inertial_run_settings_from(options.session.settings).frontend);
@@ -98,8 +98,8 @@ void add_figures(Json& record, const Json& summary, const std::optional<PathFigu
   }
 }
 
-Json run_and_judge(const JudgedRunOptions& options, const BatchItem& item,
-                   const std::filesystem::path& folder, const std::function<void(double)>& known) {
+Json run_and_assess(const AssessedRunOptions& options, const BatchItem& item,
+                    const std::filesystem::path& folder, const std::function<void(double)>& known) {
   SessionOptions session = session_of(options.session, item);
   Recording recording = read_input(session.input);
   const double minutes = minutes_of(recording);
@@ -151,10 +151,10 @@ Json record_without_run(const BatchItem& item, const Reason& reason) {
   return record_head(item, {reason});
 }
 
-Json judged_run(const JudgedRunOptions& options, const BatchItem& item,
-                const std::filesystem::path& folder, const std::function<void(double)>& known) {
+Json assessed_run(const AssessedRunOptions& options, const BatchItem& item,
+                  const std::filesystem::path& folder, const std::function<void(double)>& known) {
   try {
-    return run_and_judge(options, item, folder, known);
+    return run_and_assess(options, item, folder, known);
   } catch (const Error& error) {
     return record_without_run(item, reason_of(error));
   } catch (const std::bad_alloc&) {
