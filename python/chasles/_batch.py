@@ -146,8 +146,11 @@ def _arguments(estimator: str, cameras: str, map: Any, config: Any, settings: Op
 
 
 def _command(*arguments: str) -> "subprocess.Popen[str]":
+    # The same package, wherever this interpreter has found it.
+    paths = [str(pathlib.Path(__file__).resolve().parent.parent), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
     return subprocess.Popen([sys.executable, "-m", "chasles", "batch", *arguments], stdin=subprocess.DEVNULL,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
 
 
 def _finish(process: "subprocess.Popen[str]", out: str, err: str) -> str:
