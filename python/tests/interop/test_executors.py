@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import chasles
 import pytest
@@ -149,33 +148,44 @@ def test_a_recording_in_a_zip(recordings, expected, tmp_path):
 
 
 CLIENT = """
+import contextlib
 import sys
 import chasles
 import concurrent.futures
 
+@contextlib.contextmanager
+def executor(name):
+    if name == "processes":
+        with concurrent.futures.ProcessPoolExecutor(2) as pool:
+            yield pool
+        return
+    import distributed
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with distributed.Client(cluster) as client:
+            yield client.get_executor()
+
 if __name__ == "__main__":
-    folder, *recordings = sys.argv[1:]
-    with concurrent.futures.ProcessPoolExecutor(2) as executor:
-        chasles.batch(recordings, folder, options=["--no-check", "--most-sigma", "1"], executor=executor, resume=True)
+    name, folder, *recordings = sys.argv[1:]
+    with executor(name) as one:
+        chasles.batch(recordings, folder, options=["--no-check", "--most-sigma", "1"], executor=one, resume=True)
     print("complete")
 """
 
 
-# Again and again at another moment, until a client gets to the end.
-def test_a_client_that_is_killed_at_any_time(recordings, expected, tmp_path):
+# Again and again at another moment, with its workers and Dask's scheduler, until a client gets to the end.
+@pytest.mark.parametrize("executor, moments", [("processes", (1.0, 1.3, 1.6, 1.9, 2.2)), ("dask", (3.0, 3.5, 4.0, 4.5))])
+def test_client_scheduler_and_workers_are_killed_at_any_time(executor, moments, recordings, expected, tmp_path):
+    if executor == "dask":
+        pytest.importorskip("distributed")
     script = tmp_path / "client.py"
     script.write_text(CLIENT)
-    command = [sys.executable, str(script), str(tmp_path / "out"), *map(str, recordings)]
-    for seconds in (1.0, 1.3, 1.6, 1.9, 2.2, None):
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-                                   start_new_session=True)
-        if seconds is None:
-            out, _ = process.communicate(timeout=120)
-            assert "complete" in out
-        else:
-            killer = threading.Timer(seconds, lambda: os.killpg(process.pid, signal.SIGKILL))
-            killer.start()
-            process.communicate()
-            killer.cancel()
-            time.sleep(0.2)
+    command = [sys.executable, str(script), executor, str(tmp_path / "out"), *map(str, recordings)]
+    for seconds in moments:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        killer = threading.Timer(seconds, lambda: os.killpg(process.pid, signal.SIGKILL))
+        killer.start()
+        process.wait()
+        killer.cancel()
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert "complete" in done.stdout, done.stderr
     assert files(tmp_path / "out") == expected
