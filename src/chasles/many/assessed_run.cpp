@@ -30,11 +30,11 @@ double minutes_of(const Recording& recording) {
   return to_seconds(frame_time(recording, frames - 1) - frame_time(recording, 0)) / 60;
 }
 
-// What a person finds wrong with a truth says nothing about the poses.
 CheckReport checked(const AssessedRunOptions& options, const Recording& recording) {
   if (!options.check) return {};
-  CheckReport report = diagnose(recording, kCheckedSeconds,
-                                inertial_run_settings_from(options.session.settings).frontend);
+  // The run is the trial, and what is wrong with a truth says nothing about the poses.
+  CheckReport report = examine(recording, kCheckedSeconds,
+                               inertial_run_settings_from(options.session.settings).frontend);
   std::erase_if(report.findings, [](const Finding& finding) { return finding.about == "truth"; });
   return report;
 }

@@ -23,22 +23,34 @@ std::vector<FeatureFrame> first_part(const std::vector<FeatureFrame>& frames, do
   return part;
 }
 
-}  // namespace
-
-CheckReport diagnose(const Recording& recording, double seconds, const FrontendSettings& frontend) {
+// `run`: also examines the truth, and tries the filter.
+CheckReport report_with(const Recording& recording, double seconds,
+                        const FrontendSettings& frontend, bool run) {
   if (!recording.images) {
     CheckReport report = check_recording(recording);
-    report_truth_examination(recording, report);
-    report_trial(recording, first_part(recording.frames, seconds), report);
+    if (run) {
+      report_truth_examination(recording, report);
+      report_trial(recording, first_part(recording.frames, seconds), report);
+    }
     return report;
   }
   ImageTracks tracks = track_images(recording, seconds, frontend);
   CheckReport report = check_recording(recording, tracks.frames);
-  report_truth_examination(recording, report);
+  if (run) report_truth_examination(recording, report);
   std::ranges::move(tracks.facts, std::back_inserter(report.facts));
   std::ranges::move(tracks.not_checked, std::back_inserter(report.not_checked));
-  report_trial(recording, tracks.frames, report);
+  if (run) report_trial(recording, tracks.frames, report);
   return report;
+}
+
+}  // namespace
+
+CheckReport diagnose(const Recording& recording, double seconds, const FrontendSettings& frontend) {
+  return report_with(recording, seconds, frontend, true);
+}
+
+CheckReport examine(const Recording& recording, double seconds, const FrontendSettings& frontend) {
+  return report_with(recording, seconds, frontend, false);
 }
 
 std::string finding_of_check(const Recording& recording, const FrontendSettings& frontend) {

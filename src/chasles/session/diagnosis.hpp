@@ -18,6 +18,10 @@ inline constexpr double kCheckedSeconds = 20;
 CheckReport diagnose(const Recording& recording, double seconds = kCheckedSeconds,
                      const FrontendSettings& frontend = {});
 
+/// The same without its truth, and without a trial of the filter: for whoever runs the recording.
+CheckReport examine(const Recording& recording, double seconds = kCheckedSeconds,
+                    const FrontendSettings& frontend = {});
+
 /// The report as `chasles check` prints it, as text and with --json.
 std::string check_text(const Recording& recording, const CheckReport& report);
 nlohmann::ordered_json check_json(const Recording& recording, const CheckReport& report);
