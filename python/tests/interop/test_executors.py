@@ -85,6 +85,16 @@ def test_processes_whose_executor_breaks(recordings, expected, tmp_path):
     assert files(folder) == expected
 
 
+def test_ray(recordings, expected, tmp_path):
+    ray = pytest.importorskip("ray")
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False)
+    try:
+        batch = chasles.batch(recordings, tmp_path / "ray", options=OPTIONS, executor=chasles.RayExecutor(num_cpus=1))
+    finally:
+        ray.shutdown()
+    assert files(batch.folder) == expected
+
+
 # mpiexec starts the client and its workers, as the job of a cluster does.
 MPI = """
 import sys
