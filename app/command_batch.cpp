@@ -211,7 +211,7 @@ void declare_processes(CLI::App& parser, BatchCommandOptions& o) {
       ->group("Processes");
   parser
       .add_flag("--resume", o.batch.resume,
-                "Continue the batch in FOLDER, or start it if there is none")
+                "Continue the batch in DIR, or start it if there is none")
       ->group("Processes");
   parser
       .add_flag("--collect", o.batch.collect,
@@ -235,13 +235,13 @@ void declare_output(CLI::App& parser, BatchCommandOptions& o) {
   parser.add_option("-o,--output", o.batch.output, "Folder of the batch")
       ->required()
       ->check(require_path)
-      ->type_name("FOLDER")
+      ->type_name("DIR")
       ->group("Output");
   parser
       .add_option("--against", o.batch.against,
                   "Folder of an earlier batch: print what became better or worse since")
       ->check(require_path)
-      ->type_name("FOLDER")
+      ->type_name("DIR")
       ->group("Output");
   parser.add_flag("--quiet", o.quiet, "Only the line of each recording, and errors")
       ->group("Output");
@@ -257,7 +257,7 @@ Action declare_batch(CLI::App& parser) {
   declare_verdicts(parser, *o);
   declare_processes(parser, *o);
   declare_output(parser, *o);
-  parser.footer(reasons_help());
+  parser.footer(method_help() + "\n" + reasons_help());
   return [o] { return batch_command(*o); };
 }
 

@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 
 #include <chasles/filter/charts/error_chart.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/velocity_settings_io.hpp>
 
 namespace chasles::app {
 namespace {
@@ -42,6 +44,14 @@ void declare_method(CLI::App& parser, SessionOptions& o) {
       "the last N frames, given the recording so far (docs/window.md)");
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
+}
+
+std::string method_help() {
+  VelocitySlamSettings defaults;
+  ReaderSettings reader;
+  return "Settings, for --set and --config (auto: measured from the recording):\n" +
+         help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
+         filter_settings_help() + "\n" + inertial_run_settings_help();
 }
 
 }  // namespace chasles::app

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include <chasles/session/session_options.hpp>
 
 namespace CLI {
@@ -11,5 +13,8 @@ namespace chasles::app {
 /// Adds the options of how recordings are estimated: estimator, settings, start. `options` must
 /// outlive the parser.
 void declare_method(CLI::App& parser, SessionOptions& options);
+
+/// The settings of --set and --config, for the end of the help.
+std::string method_help();
 
 }  // namespace chasles::app

@@ -7,7 +7,6 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/session/image_keeper.hpp>
-#include <chasles/session/inertial_settings_io.hpp>
 
 #include "declare_truth.hpp"
 #include "method_options.hpp"
@@ -16,12 +15,14 @@
 namespace chasles::app {
 namespace {
 
-std::string settings_help() {
-  VelocitySlamSettings defaults;
-  ReaderSettings reader;
-  return "Settings, for --set and --config (auto: measured from the recording):\n" +
-         help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
-         filter_settings_help() + "\n" + inertial_run_settings_help();
+void declare_threads(CLI::App& parser, int& threads) {
+  parser
+      .add_option("--threads", threads,
+                  "3 (default): one thread reads images and one tracks features, both ahead of the "
+                  "filter; 2: only the tracking thread; 1: neither. The results are the same bytes")
+      ->type_name("N")
+      ->check(CLI::Range(1, 3))
+      ->group("Method");
 }
 
 void declare_input(CLI::App& parser, RunCommandOptions& o) {
@@ -74,16 +75,6 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
                 "Use the tracks that --tracks leaves out, for `chasles evaluate --pair`")
       ->needs("--tracks")
       ->group("Input");
-}
-
-void declare_threads(CLI::App& parser, int& threads) {
-  parser
-      .add_option("--threads", threads,
-                  "3 (default): one thread reads images and one tracks features, both ahead of the "
-                  "filter; 2: only the tracking thread; 1: neither. The results are the same bytes")
-      ->type_name("N")
-      ->check(CLI::Range(1, 3))
-      ->group("Method");
 }
 
 void declare_map(CLI::App& parser, RunCommandOptions& o) {
@@ -168,7 +159,7 @@ void declare_run_options(CLI::App& parser, RunCommandOptions& options) {
   declare_realtime(parser, options);
   declare_output(parser, options);
   add_options(parser, options.thresholds);
-  parser.footer(settings_help());
+  parser.footer(method_help());
 }
 
 }  // namespace chasles::app

@@ -140,7 +140,7 @@ def place() -> None:
     for record in found:
         run = folder / "runs" / record["name"]
         first = tum(run / "trajectory.tum")[0, 0] - record["start_seconds"]
-        delays.append(tum(run / "trajectory_in_map.tum")[0, 0] - first)
+        delays.append(round(tum(run / "trajectory_in_map.tum")[0, 0] - first, 3))
     medians = [float(numpy.median(e)) for e in errors]
     within = [f"{sum(d <= s for d in delays)} / {len(records)}" for s in (1, 2, 3)]
     verdict = {v: sum(r["verdict"] == v for r in records) for v in ("use", "check", "no")}
