@@ -21,10 +21,11 @@ constexpr std::array kReasons = {
     ReasonKind{"lost", Verdict::kNo, "the estimate was lost, and the run ended without it"},
     ReasonKind{"no_place", Verdict::kNo, "the run did not find its place in the map"},
     ReasonKind{"few_estimates", Verdict::kNo, "less than half of the frames have an estimate"},
-    ReasonKind{"check_error", Verdict::kNo, "`chasles check` finds an error in the recording"},
     ReasonKind{"time", Verdict::kNo, "the run took longer than its bound"},
     ReasonKind{"memory", Verdict::kNo, "the run needed more memory than its bound"},
     ReasonKind{"died", Verdict::kNo, "the process of the run died twice, or met an internal error"},
+    // A run mends some errors that it measures, and its sigmas know of others.
+    ReasonKind{"check_error", Verdict::kCheck, "`chasles check` finds an error in the recording"},
     ReasonKind{"coverage", Verdict::kCheck, "the coverage is below its limit"},
     ReasonKind{"degraded", Verdict::kCheck,
                "the estimate was degraded, or began anew after a loss"},

@@ -18,7 +18,7 @@ namespace chasles {
 enum class Verdict {
   kUse,    ///< nothing speaks against the poses
   kCheck,  ///< a person should look
-  kNo,     ///< there are no poses, or they are wrong
+  kNo,     ///< there are no poses, or hardly any
 };
 
 /// "use", "check" or "no".

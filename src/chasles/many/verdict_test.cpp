@@ -109,8 +109,8 @@ TEST(Verdict, FindingsOfACheckAreReasonsByTheirSeverity) {
   EXPECT_EQ(kinds(reasons), (Names{"check_error", "check_warning"}));
   EXPECT_EQ(reasons[0].what, "cam0: c");
   EXPECT_EQ(reasons[1].what, "cam0: b; cam0: d");
-  EXPECT_EQ(verdict_of(reasons), Verdict::kNo);
-  EXPECT_EQ(verdict_of(reasons[1]), Verdict::kCheck);
+  EXPECT_EQ(verdict_of(reasons), Verdict::kCheck);
+  EXPECT_EQ(verdict_of(reason_of(InputError("x"))), Verdict::kNo);
 }
 
 TEST(Verdict, AnErrorIsAReasonByItsCode) {
