@@ -30,7 +30,7 @@ struct BatchCommandOptions {
   fs::path list, map_from;
   std::optional<double> coverage, sigma, drift, nis, seconds, megabytes;
   std::string shard;
-  int jobs = 0;  ///< 0: one per core
+  std::optional<int> jobs;  ///< none: one per core
   bool no_check = false, quiet = false;
   BatchOptions batch;
 };
@@ -61,19 +61,38 @@ void gather_items(BatchCommandOptions& o) {
   name_items(items);
 }
 
+void check_span(const RecordingInput& input) {
+  if (!input.start || !input.stop || *input.start < *input.stop) return;
+  throw UsageError(
+      fmt::format("--stop: found {}, expected more than --start {}", *input.stop, *input.start));
+}
+
+void check_reasons(const std::vector<std::string>& reasons) {
+  for (const std::string& reason : reasons) {
+    const auto is_it = [&](const ReasonKind& kind) { return reason == kind.name; };
+    if (std::ranges::none_of(reason_kinds(), is_it)) {
+      throw UsageError(fmt::format("--retry: unknown reason '{}' (--help lists them)", reason));
+    }
+  }
+}
+
 void complete(BatchCommandOptions& o) {
   BatchOptions& batch = o.batch;
   SessionOptions& session = batch.run.session;
   session.settings.estimator = estimator_choice(session.estimator, "--estimator");
   batch.shard = shard_from(o.shard);
   gather_items(o);
-  if (o.jobs < 0) {
-    throw UsageError(fmt::format("--jobs: found {}, expected a whole number above 0", o.jobs));
+  if (o.jobs && *o.jobs < 1) {
+    throw UsageError(fmt::format("--jobs: found {}, expected a whole number above 0", *o.jobs));
   }
-  batch.jobs =
-      o.jobs > 0 ? o.jobs : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  batch.jobs = o.jobs.value_or(static_cast<int>(cores));
   // Whole recordings are the better unit of work; the results are the same bytes.
-  session.threads = batch.jobs > 1 ? 1 : 3;
+  session.threads = 1;
+  // Its plan may be there, or is made for parts that run elsewhere.
+  batch.resume |= batch.collect;
+  check_span(session.input);
+  check_reasons(batch.retry);
   batch.run.check = !o.no_check;
   VerdictLimits& limits = batch.run.limits;
   limits.least_coverage = o.coverage.value_or(limits.least_coverage);
@@ -85,8 +104,9 @@ void complete(BatchCommandOptions& o) {
   bounds.megabytes_per_minute = o.megabytes.value_or(bounds.megabytes_per_minute);
 }
 
-int exit_code(const BatchEnd& end) {
+int exit_code(const BatchCommandOptions& o, const BatchEnd& end) {
   if (end.interrupted) return Interrupt::kExitCode;
+  if (o.batch.collect && end.done < end.total) return static_cast<int>(ExitCode::kNotInitialised);
   switch (end.worst) {
     case Verdict::kUse:
       return static_cast<int>(ExitCode::kOk);
@@ -104,8 +124,8 @@ void print_end(const BatchCommandOptions& o, const BatchEnd& end) {
                   end.done, end.total);
     return;
   }
-  if (!end.difference.is_null()) note("{}", difference_text(end.difference));
   if (o.quiet) return;
+  if (!end.difference.is_null()) note("{}", difference_text(end.difference));
   if (end.summary.is_null()) {
     note("{} of {} recordings of this part are done; the batch is not complete yet\n", end.done,
          end.total);
@@ -122,19 +142,28 @@ int batch_command(BatchCommandOptions o) {
   complete(o);
   const Interrupt interrupt;
   std::optional<Progress> progress;
-  const auto ended = [&](Json record, const Json& timing, std::size_t done, std::size_t total) {
-    if (!progress) progress.emplace(total, o.quiet, "recordings");
+  std::size_t done = 0;
+  double seconds = 0;
+  const auto begins = [&](std::size_t recordings) {
+    progress.emplace(recordings, o.quiet, "recordings");
+    progress->show(0);
+  };
+  const auto ended = [&](Json record, const Json& timing) {
+    const auto recorded = record.find("recorded_seconds");
+    if (recorded != record.end() && recorded->is_number()) seconds += recorded->get<double>();
     record.update(timing);
     app::print("{}\n", json_text(record));
     flush_stdout();
-    progress->show(done);
+    progress->show(++done, seconds);
   };
   const auto listed = [](const Json& record) { app::print("{}\n", json_text(record)); };
-  const BatchEnd end = run_batch(
-      o.batch, {.ended = ended, .stop = [&] { return interrupt.requested(); }, .listed = listed});
+  const BatchEnd end = run_batch(o.batch, {.begins = begins,
+                                           .ended = ended,
+                                           .stop = [&] { return interrupt.requested(); },
+                                           .listed = listed});
   progress.reset();
   print_end(o, end);
-  return exit_code(end);
+  return exit_code(o, end);
 }
 
 std::string reasons_help() {
@@ -183,12 +212,13 @@ void declare_map(CLI::App& parser, BatchCommandOptions& o) {
 void declare_verdicts(CLI::App& parser, BatchCommandOptions& o) {
   const VerdictLimits limits;
   const auto add = [&](const char* name, std::optional<double>& value, const char* unit,
-                       const std::string& meaning, double by_default) {
-    add_number(parser, name, value, unit, fmt::format("{} (default: {})", meaning, by_default), 0)
+                       const std::string& meaning, double by_default, double most = 1e9) {
+    add_number(parser, name, value, unit, fmt::format("{} (default: {})", meaning, by_default), 0,
+               most)
         ->group("Verdicts");
   };
   add("--least-coverage", o.coverage, "SHARE", "Frames with an estimate, 0 to 1",
-      limits.least_coverage);
+      limits.least_coverage, 1);
   add("--most-sigma", o.sigma, "M", "Standard deviation of a position", limits.most_sigma);
   add("--most-drift", o.drift, "M",
       "The same for each 100 m of path; of long paths it counts instead", limits.most_drift);
@@ -214,9 +244,15 @@ void declare_processes(CLI::App& parser, BatchCommandOptions& o) {
                 "Continue the batch in DIR, or start it if there is none")
       ->group("Processes");
   parser
+      .add_option("--retry", o.batch.retry,
+                  "With --resume: run again what has this reason; may be repeated")
+      ->type_name("REASON")
+      ->allow_extra_args(false)
+      ->group("Processes");
+  parser
       .add_flag("--collect", o.batch.collect,
                 "Run nothing: check the options, print the record of each recording or that it has "
-                "none, and write the page if all have one")
+                "none, and write the page if all have one, else end with exit code 3")
       ->group("Processes");
   const auto add = [&](const char* name, std::optional<double>& value, const char* unit,
                        const char* what, double by_default) {

@@ -36,12 +36,13 @@ WORKERS = int(os.environ.get("WORKERS", "2"))
 WORST_CODES = (0, 2, 5)  # exit codes of a batch
 
 
-def run_batch(folder: pathlib.Path, items: typing.Iterable[Json], *arguments: Argument) -> list[Json]:
+def run_batch(folder: pathlib.Path, items: typing.Iterable[Json], *arguments: Argument,
+              jobs: int = WORKERS) -> list[Json]:
     """The records of a batch, which is continued where there is a part of it."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     manifest = folder.with_suffix(".list")
     manifest.write_text("".join(json.dumps(item) + "\n" for item in items))
-    chasles("batch", "--manifest", manifest, "--resume", "--quiet", "--jobs", WORKERS, "-o", folder, *arguments,
+    chasles("batch", "--manifest", manifest, "--resume", "--quiet", "--jobs", jobs, "-o", folder, *arguments,
             accepted=WORST_CODES)
     return read_json_lines(folder / "verdicts.jsonl")
 
@@ -180,7 +181,7 @@ def cost() -> None:
     def in_a_batch(jobs: int, *arguments: Argument) -> None:
         folder = OUT / "cost-batch"
         shutil.rmtree(folder, ignore_errors=True)
-        run_batch(folder, items, "--jobs", jobs, *arguments)
+        run_batch(folder, items, *arguments, jobs=jobs)
 
     timed("loop of `chasles run`", loop)
     timed("loop of `chasles run --threads 1`", lambda: loop("--threads", 1))

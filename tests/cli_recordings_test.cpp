@@ -141,14 +141,13 @@ TEST(BatchCommand, HasTheSameBytesInPartsAndAfterAKill) {
   }
   ASSERT_TRUE(fs::exists(folder / "killed/verdicts/a.json"));
   ASSERT_FALSE(fs::exists(folder / "killed/verdicts/e.json")) << "it was done before the kill";
-  const std::string all = folder.string() + "/in/?";
+  const std::string all = folder.string() + "/in/?";  // as `in/?`
   const Outcome again = chasles(folder, kBatch + all + " -o killed");
   expect_error(again, 1, "has a batch already; --resume continues it");
   const Outcome resumed = chasles(folder, kBatch + all + " -o killed --resume --jobs 2");
   ASSERT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_LT(lines_of(resumed.out).size(), 5u) << "what was done is not done again";
-  ASSERT_EQ(chasles(folder, kBatch + all + " -o absolute").code, 0);
-  expect_same_batches(folder / "absolute", folder / "killed");
+  expect_same_batches(folder / "whole", folder / "killed");
 }
 
 TEST(BatchCommand, CtrlCKeepsWhatIsDone) {
@@ -194,10 +193,49 @@ TEST(BatchCommand, RejectsWhatNoRecordingCanUse) {
                "--map-from excludes --shard");
   ASSERT_EQ(chasles(folder, kBatch + "in/a -o x").code, 0);
   expect_error(chasles(folder, "batch --no-check in/a -o x --resume"), 1, "another plan (limits");
+  spill(folder / "list", "{\"recording\": \"in/a\", \"stop\": 2}\n");
+  expect_error(chasles(folder, kBatch + "--manifest list -o x --resume"), 1,
+               "was made with the options {}, and the list says {\"stop\":2.0}");
+  expect_error(chasles(folder, kBatch + "in/a -o in/a"), 1, "in/a");
+  expect_error(chasles(folder, kBatch + "in/a -o y --map list"), 2, "list");
+  expect_error(chasles(folder, kBatch + "in/a -o y --jobs 0"), 1, "--jobs: found 0");
+  expect_error(chasles(folder, kBatch + "in/a -o y --start 3 --stop 2"), 1, "--stop: found 2");
+  expect_error(chasles(folder, kBatch + "in/a -o y --retry nothing"), 1,
+               "unknown reason 'nothing'");
+  EXPECT_FALSE(fs::exists(folder / "y/plan.json"));
   fs::rename(folder / "in/b", folder / "a");
   expect_error(chasles(folder, kBatch + "a -o x --resume"), 1, "has the same name");
   spill(folder / "x/verdicts/a.json", "{");
   expect_error(chasles(folder, kBatch + "in/a -o x --resume"), 2, "found no record");
+}
+
+TEST(BatchCommand, CollectsWhatRanElsewhere) {
+  const Scratch folder;
+  simulate(folder, 2);
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o out --shard 1/2").code, 0);
+  const Outcome partial = chasles(folder, kBatch + "in/? -o out --collect");
+  EXPECT_EQ(partial.code, 3);
+  ASSERT_EQ(lines_of(partial.out).size(), 2u);
+  EXPECT_EQ(lines_of(partial.out)[0].at("verdict"), "use");
+  EXPECT_TRUE(lines_of(partial.out)[1].at("verdict").is_null());
+  ASSERT_EQ(chasles(folder, kBatch + "in/? -o out --shard 2/2").code, 0);
+  fs::remove(folder / "out/page.html");
+  EXPECT_EQ(chasles(folder, kBatch + "in/? -o out --collect").code, 0);
+  EXPECT_TRUE(fs::exists(folder / "out/page.html"));
+}
+
+// A disk that was away, or a recording that was mended.
+TEST(BatchCommand, RunsAgainWhatHasAReason) {
+  const Scratch folder;
+  simulate(folder, 2);
+  fs::rename(folder / "in/b", folder / "b");
+  ASSERT_EQ(chasles(folder, kBatch + "in/a in/b -o out").code, 2);
+  fs::rename(folder / "b", folder / "in/b");
+  ASSERT_EQ(chasles(folder, kBatch + "in/a in/b -o out --resume").code, 2);
+  const Outcome again = chasles(folder, kBatch + "in/a in/b -o out --resume --retry unreadable");
+  EXPECT_EQ(again.code, 0) << again.out;
+  ASSERT_EQ(lines_of(again.out).size(), 1u);
+  EXPECT_EQ(lines_of(again.out)[0].at("name"), "b");
 }
 
 // A rendered walk is the map of another one.
@@ -210,8 +248,9 @@ TEST(BatchCommand, AllPosesAreInTheMapOfTheFirstRecording) {
                             run + " -o walk" + run);
     ASSERT_EQ(made.code, 0) << made.err;
   }
-  const Outcome outcome =
-      chasles(folder, "batch walk2 walk1 --map-from walk1 --no-check --most-sigma 1 -o out");
+  const Outcome outcome = chasles(folder,
+                                  "batch walk2 walk1 --map-from walk1 --no-check --most-sigma 1 "
+                                  "--least-coverage 0.5 -o out");
   ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   const std::vector<Json> records = lines_of(outcome.out);
   ASSERT_EQ(records.size(), 2u);

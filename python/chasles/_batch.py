@@ -8,20 +8,20 @@ import functools
 import json
 import os
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
+import zipfile
 from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Union
 
 from . import _core
 from ._executors import stream
 from ._one_line import found
-from ._places import Cache, Place, is_url
+from ._places import Cache, NotThere, Place, is_url, parts_of
 from ._progress import bar
 from ._run import Run
 
-_DONE = (0, 2, 5)  # exit codes of a batch by its worst verdict
+_DONE = (0, 2, 3, 5)  # exit codes of a batch by its worst verdict, and with --collect
 
 Item = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -80,14 +80,17 @@ def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *,
     resume: goes on with what is there. executor: any concurrent.futures.Executor whose workers have this package and, for
     a path, see the same folder: Dask's Client.get_executor(), mpi4py's MPIPoolExecutor, chasles.RayExecutor; None: `jobs`
     processes of this machine (one per core). A task whose worker dies is given to another, `attempts` times in all.
+    Without another try left, what stopped it is raised, and resume=True goes on.
     settings: {name: value}; options: further ones of the command, as ["--most-sigma", "0.05"].
     cache: a folder on each worker for copies of remote recordings, held to about cache_bytes.
     on_record: called with each record as it comes. progress: a bar, as in `run`.
     Raises UsageError as the command. Ctrl-C ends it, and what is done stays."""
-    place = Place(os.fspath(folder))
+    if isinstance(recordings, (str, bytes)) or isinstance(options, (str, bytes)):
+        raise _core.UsageError("batch: recordings and options: found a text, expected a list of texts")
+    place = Place(_absolute(folder))
     items = _named([_item(one) for one in recordings])
-    arguments = [*_arguments(estimator, cameras, map, config, settings), *[str(one) for one in options]]
-    cached = Cache(os.fspath(cache) if cache else os.path.join(tempfile.gettempdir(), "chasles-recordings"), cache_bytes)
+    arguments = [*_arguments(estimator, cameras, map, config, settings), *_checked([str(one) for one in options])]
+    cached = Cache(os.path.abspath(cache or os.path.join(tempfile.gettempdir(), "chasles-recordings")), cache_bytes)
     if place.has("plan.json") and not resume:
         raise _core.UsageError(f"folder: {place.name} has a batch already; expected resume=True to continue it")
     with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
@@ -106,29 +109,73 @@ def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *,
         return Batch(place, *collected.finish(), retried)
 
 
+def _absolute(path: "Union[str, os.PathLike[str]]") -> str:
+    name = os.fspath(path)
+    return name if is_url(name) else os.path.abspath(name)
+
+
+# What the function does itself, or has a parameter for; the rest of the command's options may be given.
+_OWN_OPTIONS = ("--manifest", "--map-from", "--map", "--jobs", "--shard", "--resume", "--collect", "--retry", "-o", "--output",
+                "--against", "--quiet", "--estimator", "--cameras", "--config")
+
+
+def _checked(options: list[str]) -> list[str]:
+    for one in options:
+        if one.split("=")[0] in _OWN_OPTIONS or not (one.startswith("-") or options.index(one) > 0):
+            raise _core.UsageError(f"batch: options: found '{one}', expected options of the verdicts and the bounds of "
+                                   "`chasles batch`; the others are parameters")
+    return options
+
+
+def _plain(value: Any) -> Any:
+    """A value for JSON: of numpy's numbers, Python's."""
+    return value.item() if hasattr(value, "item") else value
+
+
 def _item(one: Item) -> dict[str, Any]:
     if isinstance(one, Mapping):
-        item = dict(one)
+        item = {name: _plain(value) for name, value in one.items() if value is not None}
         if "recording" not in item:
             raise _core.UsageError(f"batch: found {found(one)}, expected a dictionary with 'recording'")
-        item["recording"] = os.fspath(item["recording"])
     else:
-        item = {"recording": os.fspath(one)}
-    if not is_url(item["recording"]):
-        item["recording"] = os.path.abspath(item["recording"])
-    if "truth" in item:
-        item["truth"] = os.path.abspath(item["truth"])
-    item.setdefault("source", item["recording"])
+        item = {"recording": one}
+    for name in ("recording", "truth"):
+        if name in item:
+            item[name] = _absolute(item[name])
+    if is_url(item.get("truth", "")):
+        raise _core.UsageError(f"batch: truth: found {item['truth']}, expected a path")
+    if is_url(item["recording"]):
+        item.setdefault("source", item["recording"])
+    if "set" in item:
+        item["set"] = dict(_flat(item["set"]))
     return item
 
 
 def _named(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """As the command names them; remote ones by the last part of their path."""
-    for item in items:
-        if is_url(item["recording"]) and "name" not in item:
-            last = item["recording"].split("::")[0].rstrip("/").rsplit("/", 1)[-1]
-            item["name"] = re.sub(r"\.[a-z0-9]{1,5}$", "", last)
+    """Remote recordings get names as the command gives them to local ones: more parts where they are alike."""
+    remote = [item for item in items if is_url(item["recording"]) and "name" not in item]
+    counts = {id(item): 1 for item in remote}
+
+    def name(item: dict[str, Any]) -> str:
+        return "_".join(parts_of(item["recording"])[:counts[id(item)]][::-1])
+
+    for _ in range(10):
+        users = collections.Counter(name(item) for item in remote)
+        for item in remote:
+            counts[id(item)] += users[name(item)] > 1
+    for item in remote:
+        item["name"] = name(item)
     return items
+
+
+def _flat(settings: Mapping[str, Any], prefix: str = "") -> "Iterator[tuple[str, str]]":
+    """Settings by their names on the command line: {"start": {"heading": 0}} is start.heading."""
+    for name, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            value = _plain(value)
+            yield prefix + name, str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _arguments(estimator: str, cameras: str, map: Any, config: Any, settings: Optional[Mapping[str, Any]]) -> list[str]:
@@ -139,37 +186,56 @@ def _arguments(estimator: str, cameras: str, map: Any, config: Any, settings: Op
         arguments += ["--map", os.path.abspath(os.fspath(map))]
     if config is not None:
         arguments += ["--config", os.path.abspath(os.fspath(config))]
-    for name, value in (settings or {}).items():
-        text = str(value).lower() if isinstance(value, bool) else str(value)
+    for name, text in _flat(settings or {}):
         arguments += ["--set", f"{name}={text}"]
     return arguments
 
 
-def _command(*arguments: str) -> "subprocess.Popen[str]":
-    # The same package, wherever this interpreter has found it.
-    paths = [str(pathlib.Path(__file__).resolve().parent.parent), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
-    return subprocess.Popen([sys.executable, "-m", "chasles", "batch", *arguments], stdin=subprocess.DEVNULL,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+class _Died(Exception):
+    """The command was killed, as the system does where memory runs out: it may be tried again."""
 
 
-def _finish(process: "subprocess.Popen[str]", out: str, err: str) -> str:
-    """The output of a batch. Raises what the command said."""
-    if process.returncode in _DONE and "chasles: error:" not in err:
-        return out
-    message = err.strip().rsplit("chasles: error: ", 1)[-1] or f"the command ended with {process.returncode}"
-    raise (_core.UsageError if process.returncode == 1 else _core.InputError)(message)
+# The same package, wherever this interpreter has found it. The command ends with whoever started it: Linux alone can do
+# that, and only the thread that started it counts.
+_START = ("import ctypes, signal, sys; sys.path.insert(0, sys.argv.pop(1)); "
+          "ctypes.CDLL(None).prctl(1, signal.SIGKILL); import chasles; chasles.main()")
+
+
+@contextlib.contextmanager
+def _command(*arguments: str) -> "Iterator[tuple[subprocess.Popen[str], Any]]":
+    """The command `chasles batch`, which is killed at the end of the block if it still runs, and the file of its stderr:
+    a pipe that nobody reads would stop it."""
+    package = str(pathlib.Path(__file__).resolve().parent.parent)
+    with tempfile.TemporaryFile("w+") as errors:
+        process = subprocess.Popen([sys.executable, "-c", _START, package, "batch", *arguments], stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.PIPE, stderr=errors, text=True)
+        try:
+            yield process, errors
+        finally:
+            if process.poll() is None:
+                process.kill()  # and its processes with it
+            process.wait()
+
+
+def _finish(process: "subprocess.Popen[str]", errors: Any) -> None:
+    """Raises what the command said, if it ended with an error."""
+    code = process.wait()
+    errors.seek(0)
+    text = errors.read()
+    if code in _DONE and "chasles: error:" not in text:
+        return
+    if code < 0:
+        raise _Died(f"the command died by signal {-code}")
+    message = text.strip().rsplit("chasles: error: ", 1)[-1] or f"the command ended with {code}"
+    raise (_core.UsageError if code == 1 else _core.InputError)(message)
 
 
 def _run_command(*arguments: str) -> str:
-    process = _command(*arguments)
-    try:
-        out, err = process.communicate()
-    except BaseException:
-        process.kill()
-        process.wait()
-        raise
-    return _finish(process, out, err)
+    with _command(*arguments) as (process, errors):
+        assert process.stdout is not None
+        out = process.stdout.read()
+        _finish(process, errors)
+    return out
 
 
 def _manifest(items: Iterable[Mapping[str, Any]], file: pathlib.Path) -> str:
@@ -221,7 +287,7 @@ class _Collected:
             self._fetch_records()
             self._fetch_pictures()
         records = self._collect()
-        self.place.remove_parts("runs", "verdicts", "timing")
+        self.place.remove_parts()
         if self.place.is_remote:
             for name in ("verdicts.jsonl", "page.html", "summary.json"):
                 self.place.write(name, (self.local / name).read_bytes())
@@ -254,24 +320,19 @@ def _records(missing: list[dict[str, Any]], collected: _Collected, executor: Any
 
     # Threads: each waits for the process of its recording.
     with concurrent.futures.ThreadPoolExecutor(jobs or os.cpu_count()) as threads:
-        for one in stream(threads, assess, missing, attempts=1):
+        for one in stream(threads, assess, missing, attempts=attempts):
             yield one.value, one.attempts
 
 
 def _by_the_command(collected: _Collected, jobs: Optional[int]) -> "Iterable[tuple[dict[str, Any], int]]":
-    process = _command("--manifest", collected.manifest(), *collected.arguments, "--resume", "--quiet",
-                       *(["--jobs", str(jobs)] if jobs is not None else []), "-o", collected.place.name)
-    assert process.stdout is not None
-    try:
+    at_a_time = ["--jobs", str(jobs)] if jobs is not None else []
+    with _command("--manifest", collected.manifest(), *collected.arguments, "--resume", "--quiet", *at_a_time, "-o",
+                  collected.place.name) as (process, errors):
+        assert process.stdout is not None
         for line in process.stdout:
             record = json.loads(line)
             yield record, record["attempts"]
-        _, err = process.communicate()
-    except BaseException:
-        process.kill()  # and its processes with it
-        process.wait()
-        raise
-    _finish(process, "", err)
+        _finish(process, errors)
 
 
 def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tuple[str, float]) -> dict[str, Any]:
@@ -283,8 +344,8 @@ def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tupl
         return record
     with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
         work = pathlib.Path(scratch)
-        with _local(item["recording"], cache) as path:
-            record = _assess_local({**item, "recording": path}, arguments, work)
+        record = _assess_remote(item, arguments, work, cache) if is_url(item["recording"]) else (
+            _assess_local(item, arguments, work))
         if (work / "batch/runs" / name).exists():
             place.write_folder(work / "batch/runs" / name, f"runs/{name}")
         place.write(f"timing/{name}.json", (work / f"batch/timing/{name}.json").read_bytes())
@@ -292,18 +353,13 @@ def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tupl
         return record
 
 
-@contextlib.contextmanager
-def _local(recording: str, cache: tuple[str, float]) -> "Iterator[str]":
-    """The path of a recording on this machine. One that is not there has a path where nothing is: that is its verdict."""
-    if not is_url(recording):
-        yield recording
-        return
+def _assess_remote(item: dict[str, Any], arguments: list[str], work: pathlib.Path, cache: tuple[str, float]) -> dict[str, Any]:
     with contextlib.ExitStack() as stack:
         try:
-            path = stack.enter_context(Cache(*cache).local(recording))
-        except FileNotFoundError:
-            path = recording
-        yield path
+            path = stack.enter_context(Cache(*cache).local(item["recording"]))
+        except (NotThere, ValueError, zipfile.BadZipFile):  # also of a file system that is not known
+            path = item["recording"]  # where nothing is on this machine: that is its verdict
+        return _assess_local({**item, "recording": path}, arguments, work)
 
 
 def _assess_local(item: Mapping[str, Any], arguments: list[str], work: pathlib.Path) -> dict[str, Any]:

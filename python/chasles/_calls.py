@@ -92,6 +92,8 @@ _MOST_PARTS = 512  # of a study on an executor
 
 def _study_in_parts(scene, filters, runs, first, folder, settings, executor, attempts, advance):
     """The study of parts that run on an executor; they are on disk, and not in memory."""
+    if os.path.exists(os.path.join(folder, "plan.json")):
+        raise _core.UsageError(f"{folder} holds a study; expected another folder")
     size = -(-runs // _MOST_PARTS)
     numbers = [(first + at, min(size, runs - at)) for at in range(0, runs, size)]
     task = functools.partial(_part, scene=scene, filters=filters, settings=settings)

@@ -39,7 +39,7 @@ def stream(executor: Any, function: Callable[[Any], Any], items: Iterable[Any], 
         future.add_done_callback(ended.put)
 
     def broken(error: BaseException) -> Exception:
-        return _core.InputError(f"executor: it is broken ({error}); make a new one, and go on with resume=True")
+        return _core.InputError(f"executor: it is broken ({error}); make a new one, and go on (a batch with resume=True)")
 
     try:
         for item in rest:

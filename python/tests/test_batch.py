@@ -12,7 +12,7 @@ import time
 import chasles
 import pytest
 from chasles._executors import stream
-from chasles._places import Cache, Place
+from chasles._places import Cache, NotThere, Place
 
 OPTIONS = ["--no-check", "--most-sigma", "1"]
 
@@ -173,10 +173,86 @@ def test_a_cache_holds_its_bound(tmp_path):
         assert kept() <= 3000
     (tmp_path / "c").write_bytes(b"another")
     with cache.local(urls[2]) as copy:
-        assert pathlib.Path(copy).read_bytes() == b"x" * 1000, "it is still there"
-    with pytest.raises(FileNotFoundError):
+        assert pathlib.Path(copy).read_bytes() == b"another", "the original has changed"
+    with pytest.raises(NotThere):
         with cache.local(f"file://{tmp_path}/none"):
             pass
+
+
+def test_many_workers_share_a_cache_that_holds_nothing(tmp_path):
+    pytest.importorskip("fsspec")
+    for i in range(12):
+        (tmp_path / f"r{i}").write_bytes(b"%d" % i)
+    cache = Cache(str(tmp_path / "cache"), 0)
+
+    def read(i):
+        with cache.local(f"file://{tmp_path}/r{i % 12}") as copy:
+            time.sleep(0.005)
+            return pathlib.Path(copy).read_bytes()
+
+    with concurrent.futures.ThreadPoolExecutor(6) as threads:
+        assert list(threads.map(read, range(60))) == [b"%d" % (i % 12) for i in range(60)]
+
+
+def test_one_that_cannot_be_fetched_stops_no_other(recordings, tmp_path):
+    pytest.importorskip("fsspec")
+    (tmp_path / "bad.zip").write_bytes(b"no archive")
+    urls = [f"file://{recordings[0]}", f"zip://walk::file://{tmp_path}/bad.zip", "nonsense://x/y", f"file://{tmp_path}/none"]
+    batch = chasles.batch(urls, tmp_path / "out", options=OPTIONS, cache=tmp_path / "cache")
+    assert batch.names("use") == ["a"] and len(batch.names("no")) == 3
+    assert all(record["reasons"][0]["reason"] == "unreadable" for record in batch.records[1:])
+    again = chasles.batch(urls, tmp_path / "again", options=OPTIONS, cache=tmp_path / "other")
+    assert files(batch.folder) == files(again.folder), "no path of this machine is in a record"
+
+
+def test_names_of_urls(recordings, tmp_path):
+    pytest.importorskip("fsspec")
+    for episode in ("ep1", "ep2"):
+        (tmp_path / episode).mkdir()
+        (tmp_path / episode / "walk").symlink_to(recordings[0])
+    batch = chasles.batch([f"file://{tmp_path}/{episode}/walk/" for episode in ("ep1", "ep2")], tmp_path / "out",
+                          options=OPTIONS, cache=tmp_path / "cache")
+    assert [record["name"] for record in batch.records] == ["ep1_walk", "ep2_walk"]
+
+
+def test_relative_folders_and_other_spellings(recordings, tmp_path, monkeypatch):
+    monkeypatch.chdir(recordings[0].parent)
+    code = chasles.command("batch", "a", "b", "-o", tmp_path / "out", *OPTIONS)
+    assert code == 0
+    monkeypatch.chdir(tmp_path)
+    rest = []
+    batch = chasles.batch(recordings[:3], "out", options=OPTIONS, resume=True, on_record=rest.append)
+    assert [record["name"] for record in rest] == ["c"] and batch.folder == str(tmp_path / "out")
+    with pytest.raises(chasles.UsageError, match="was made with the options"):
+        chasles.batch([{"recording": recordings[0], "stop": 2.0}], "out", options=OPTIONS, resume=True)
+
+
+def test_a_command_that_is_killed_runs_again(recordings, tmp_path):
+    import chasles._batch as module
+
+    original, tries = module._run_command, []
+
+    def dies_once(*arguments):
+        tries.append(arguments)
+        if len(tries) == 3:
+            raise module._Died("the command died by signal 9")
+        return original(*arguments)
+
+    module._run_command = dies_once
+    try:
+        with concurrent.futures.ThreadPoolExecutor(1) as executor:
+            batch = chasles.batch(recordings[:2], tmp_path / "out", options=OPTIONS, executor=executor)
+    finally:
+        module._run_command = original
+    assert batch.retried == 1 and batch.names("use") == ["a", "b"]
+
+
+def test_options_that_are_parameters_are_said(recordings, tmp_path):
+    for options in (["--shard", "1/2"], ["--collect"], ["--against", "x"], ["1"]):
+        with pytest.raises(chasles.UsageError, match="options: found"):
+            chasles.batch(recordings[:1], tmp_path / "x", options=options)
+    with pytest.raises(chasles.UsageError, match="list of texts"):
+        chasles.batch("abc", tmp_path / "x")
 
 
 def test_recordings_and_results_behind_urls(recordings, tmp_path):

@@ -59,10 +59,21 @@ Json sketch(const Run& run, const std::optional<PathFigures>& path) {
   return path->path == "smoothed" ? sketch_of(run.smoothed) : sketch_of(run.states);
 }
 
-Json reasons_json(const std::vector<Reason>& reasons) {
+// A recording that was copied here from its source is named by that.
+std::string with_source(std::string what, const BatchItem& item) {
+  if (item.source.empty()) return what;
+  const std::string path = item.recording.string();
+  for (std::size_t at = 0; (at = what.find(path, at)) != std::string::npos;) {
+    what.replace(at, path.size(), item.source);
+    at += item.source.size();
+  }
+  return what;
+}
+
+Json reasons_json(const BatchItem& item, const std::vector<Reason>& reasons) {
   Json list = Json::array();
   for (const Reason& reason : reasons) {
-    list.push_back({{"reason", reason.kind}, {"what", reason.what}});
+    list.push_back({{"reason", reason.kind}, {"what", with_source(reason.what, item)}});
   }
   return list;
 }
@@ -70,32 +81,33 @@ Json reasons_json(const std::vector<Reason>& reasons) {
 Json record_head(const BatchItem& item, const std::vector<Reason>& reasons) {
   return {{"name", item.name},
           {"recording", item.said_source()},
+          {"options", item.options_json()},
           {"verdict", name_of(verdict_of(reasons))},
-          {"reasons", reasons_json(reasons)}};
+          {"reasons", reasons_json(item, reasons)}};
 }
+
+Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 void add_figures(Json& record, const Json& summary, const std::optional<PathFigures>& path) {
   const auto take = [&](const char* name) {
     const auto found = summary.find(name);
     record[name] = found == summary.end() ? Json(nullptr) : *found;
   };
-  for (const char* name : {"health", "coverage", "frames", "recorded_seconds", "start_seconds"}) {
-    take(name);
-  }
+  take("health");
+  record["coverage"] = path ? path->coverage : 0;
+  for (const char* name : {"frames", "recorded_seconds", "start_seconds"}) take(name);
   record["path"] = path ? Json(path->path) : Json(nullptr);
-  if (path) {
-    record["length_m"] = path->length_m;
-    record["worst_sigma_m"] = path->worst_sigma_m;
-    record["bound_m"] = kBoundSigmas * path->worst_sigma_m;
-    record["worst_sigma_deg"] = path->worst_turn_deg;
-    record["drift_m_per_100m"] = path->drift_m_per_100m;
-  }
-  const Json& errors = path && path->path == "smoothed" && summary.contains("smoothed")
-                           ? summary.at("smoothed")
-                           : summary;
-  if (summary.value("matched", 0.0) > 0) {
-    for (const char* name : {"ate_m", "ate_posyaw_m", "nees_pose"}) record[name] = errors.at(name);
-  }
+  if (!path) return;
+  record["length_m"] = path->length_m;
+  record["worst_sigma_m"] = finite(path->worst_sigma_m);
+  record["bound_m"] = finite(kBoundSigmas * path->worst_sigma_m);
+  record["worst_sigma_deg"] = finite(path->worst_turn_deg);
+  record["drift_m_per_100m"] = finite(path->drift_m_per_100m);
+  // The truth is not in the frame of a map.
+  if (path->path == "in_map" || summary.value("matched", 0.0) <= 0) return;
+  const Json& errors =
+      path->path == "smoothed" && summary.contains("smoothed") ? summary.at("smoothed") : summary;
+  for (const char* name : {"ate_m", "ate_posyaw_m", "nees_pose"}) record[name] = errors.at(name);
 }
 
 Json run_and_assess(const AssessedRunOptions& options, const BatchItem& item,
@@ -114,7 +126,7 @@ Json run_and_assess(const AssessedRunOptions& options, const BatchItem& item,
   RunObserver nobody;
   const CompletedRun run = prepared.run(nobody);
   const bool in_map = !session.map.empty();
-  const std::optional<PathFigures> path = path_figures(run.result.run, in_map);
+  const std::optional<PathFigures> path = path_figures(run.result.run, run.result.coverage, in_map);
   std::vector<Reason> reasons = reasons_against(run.summary, path, in_map, check, options.limits);
   try {
     write_run(run.result.run, run.summary, folder, [&] {

@@ -9,7 +9,9 @@
 #include <chasles/many/batch.hpp>
 #include <chasles/many/batch_difference.hpp>
 #include <chasles/many/batch_folder.hpp>
+#include <chasles/pipeline/shared_map.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/output_folder.hpp>
 
 namespace chasles {
 namespace {
@@ -34,9 +36,19 @@ Json seconds_json(const std::optional<double>& seconds) {
   return seconds ? Json(*seconds) : Json(nullptr);
 }
 
+// FNV-1a of 64 bits: tells other bytes, and resists nobody.
+std::string digest(const std::string& bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char byte : bytes) {
+    hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3u;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
 Json plan_of(const BatchOptions& o) {
   const SessionOptions& s = o.run.session;
   return {{"version", CHASLES_VERSION},
+          {"rules", kRulesOfVerdicts},
           {"estimator", name_of(s.settings.estimator)},
           {"config", s.settings.config.empty() ? "" : read_text(s.settings.config)},
           {"set", s.settings.sets},
@@ -48,6 +60,7 @@ Json plan_of(const BatchOptions& o) {
           {"start", seconds_json(s.input.start)},
           {"stop", seconds_json(s.input.stop)},
           {"map", s.map.string()},
+          {"map_digest", s.map.empty() ? "" : digest(read_file(s.map))},
           {"map_from", o.map_from ? o.items[*o.map_from].recording.string() : ""},
           {"check", o.run.check},
           {"limits",
@@ -69,24 +82,27 @@ class Batch {
         folder_(options.output, plan_of(options), options.shard, options.resume) {}
 
   BatchEnd run() {
-    for (std::size_t i = 0; i < o_.items.size(); ++i) {
-      if (!o_.shard.has(i)) continue;
-      ++end_.total;
-      if (const auto record = folder_.record(o_.items[i])) note(*record);
-    }
     if (o_.collect) {
       for (const BatchItem& item : o_.items) list(item);
       finish();
       return end_;
     }
-    AssessedRunOptions run = o_.run;
-    if (o_.map_from) {
-      if (!make_map(*o_.map_from)) return interrupted();
-      run.session.map = folder_.map();
-    }
     std::vector<std::size_t> missing;
     for (std::size_t i = 0; i < o_.items.size(); ++i) {
-      if (o_.shard.has(i) && !folder_.record(o_.items[i])) missing.push_back(i);
+      if (!o_.shard.has(i)) continue;
+      ++end_.total;
+      const auto record = folder_.record(o_.items[i]);
+      if (record && !is_retried(*record)) {
+        note(*record);
+      } else {
+        missing.push_back(i);
+      }
+    }
+    observer_.begins(missing.size());
+    AssessedRunOptions run = o_.run;
+    if (o_.map_from) {
+      if (!make_map(*o_.map_from, missing)) return interrupted();
+      run.session.map = folder_.map();
     }
     if (!work(missing, run)) return interrupted();
     finish();
@@ -94,7 +110,15 @@ class Batch {
   }
 
  private:
+  bool is_retried(const Json& record) const {
+    return std::ranges::any_of(record.at("reasons"), [&](const Json& reason) {
+      return std::ranges::count(o_.retry, reason.value("reason", "")) > 0;
+    });
+  }
+
   void list(const BatchItem& item) {
+    ++end_.total;
+    if (const auto record = folder_.record(item)) note(*record);
     Json record = folder_.record(item).value_or(
         Json{{"name", item.name}, {"recording", item.said_source()}, {"verdict", nullptr}});
     record.erase("sketch");
@@ -153,13 +177,13 @@ class Batch {
     folder_.add(item, record, timing);
     note(record);
     record.erase("sketch");
-    observer_.ended(record, timing, end_.done, end_.total);
+    observer_.ended(record, timing);
   }
 
   // Returns false where it was interrupted.
-  bool make_map(std::size_t number) {
+  bool make_map(std::size_t number, std::vector<std::size_t>& missing) {
     const BatchItem& item = o_.items[number];
-    if (!folder_.record(item)) {
+    if (std::erase(missing, number) > 0) {
       AssessedRunOptions run = o_.run;
       run.session.save_map = folder_.map();
       if (!work({number}, run)) return false;
@@ -194,7 +218,12 @@ class Batch {
 }  // namespace
 
 BatchEnd run_batch(const BatchOptions& options, const BatchObserver& observer) {
-  check_settings(options.run.session.settings);
+  const SessionOptions& session = options.run.session;
+  check_settings(session.settings);
+  if (!session.map.empty()) SharedMap(session.map);  // an error of the batch, not of each recording
+  for (const BatchItem& item : options.items) {
+    if (item.source.empty()) reject_output_into(options.output, item.recording);
+  }
   if (!options.against.empty()) read_verdicts(options.against);
   return Batch(options, observer).run();
 }

@@ -23,6 +23,8 @@ struct BatchOptions {
   int jobs = 1;  ///< processes at a time
   Shard shard;   ///< the part of the items that is run
   bool resume = false;
+  /// Kinds of reasons: recordings whose record has one of them run again.
+  std::vector<std::string> retry;
   bool collect = false;  ///< runs nothing: finishes a batch of which all recordings have records
   std::filesystem::path output;
   std::filesystem::path against;  ///< folder of an earlier batch; empty: none
@@ -30,10 +32,11 @@ struct BatchOptions {
 
 /// What follows a batch, as recordings end.
 struct BatchObserver {
+  /// Before the first process: how many recordings will run.
+  std::function<void(std::size_t recordings)> begins = [](std::size_t) {};
   /// `record`: without the sketch of the path. `timing`: attempts, seconds_wall, seconds_cpu,
-  /// peak_mb. `done` of `total` recordings of this part have a record.
-  std::function<void(const nlohmann::ordered_json& record, const nlohmann::ordered_json& timing,
-                     std::size_t done, std::size_t total)>
+  /// peak_mb.
+  std::function<void(const nlohmann::ordered_json& record, const nlohmann::ordered_json& timing)>
       ended;
   std::function<bool()> stop;  ///< whether to end early
   /// With `collect`, of each item in turn: its record without the sketch, or name, recording and

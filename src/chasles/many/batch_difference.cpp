@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include <boost/math/distributions/students_t.hpp>
 #include <fmt/format.h>
 
 #include <chasles/many/batch_difference.hpp>
@@ -37,8 +38,8 @@ Json ratio_json(const std::vector<double>& logarithms) {
   Json json{
       {"pairs", logarithms.size()}, {"ratio", std::exp(mean)}, {"low", nullptr}, {"high", nullptr}};
   if (logarithms.size() >= 2) {
-    constexpr double kTwoSided95 = 1.96;
-    const double error = kTwoSided95 * std::sqrt(squares / (n - 1) / n);
+    const double t = boost::math::quantile(boost::math::students_t(n - 1), 0.975);
+    const double error = t * std::sqrt(squares / (n - 1) / n);
     json["low"] = std::exp(mean - error);
     json["high"] = std::exp(mean + error);
   }

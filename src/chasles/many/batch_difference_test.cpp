@@ -39,10 +39,12 @@ TEST(BatchDifference, TheIntervalIsThatOfTheMeanOfTheLogarithms) {
       record("a", "use", std::exp(0.1)), record("b", "use", std::exp(0.3)),
       record("c", "use", std::exp(0.1)), record("d", "use", std::exp(0.3))};
   const Json sigma = batch_difference(before, now).at("figures").at("worst_sigma_m");
-  // Mean 0.2, standard deviation 0.2 / sqrt(3), of the mean 0.1 / sqrt(3).
+  // Mean 0.2, standard deviation 0.2 / sqrt(3), of the mean 0.1 / sqrt(3); Student's t of 3 degrees
+  // of freedom, from tables.
+  constexpr double t = 3.18244630528371;
   EXPECT_NEAR(std::log(sigma.at("ratio").get<double>()), 0.2, 1e-12);
-  EXPECT_NEAR(std::log(sigma.at("high").get<double>()), 0.2 + 1.96 * 0.1 / std::sqrt(3), 1e-12);
-  EXPECT_NEAR(std::log(sigma.at("low").get<double>()), 0.2 - 1.96 * 0.1 / std::sqrt(3), 1e-12);
+  EXPECT_NEAR(std::log(sigma.at("high").get<double>()), 0.2 + t * 0.1 / std::sqrt(3), 1e-12);
+  EXPECT_NEAR(std::log(sigma.at("low").get<double>()), 0.2 - t * 0.1 / std::sqrt(3), 1e-12);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <map>
 #include <sstream>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -30,12 +31,51 @@ std::string first_difference(const Json& a, const Json& b) {
   return "its entries";
 }
 
+bool is_record(const Json& record) {
+  const auto has = [&](const char* name, bool (Json::*is)() const noexcept) {
+    return record.is_object() && record.contains(name) && (record.at(name).*is)();
+  };
+  return has("verdict", &Json::is_string) && has("reasons", &Json::is_array) &&
+         has("options", &Json::is_object) && has("name", &Json::is_string);
+}
+
+void expect_same_plan(const fs::path& file, const Json& plan) {
+  const Json other = Json::parse(read_text(file), nullptr, false);
+  if (!other.is_object()) {
+    throw InputError(
+        fmt::format("{}: found no JSON object, expected the plan of a batch", file.string()));
+  }
+  if (other == plan) return;
+  throw UsageError(
+      fmt::format("{}: the batch there has another plan ({}); expected the same "
+                  "options, or another folder with -o",
+                  file.string(), first_difference(plan, other)));
+}
+
+// Creates a file with these bytes, whole; false where there is one already.
+bool create_file(const fs::path& file, const std::string& bytes) {
+  const fs::path part = fmt::format("{}.{}.part", file.string(), getpid());
+  write_file(part, bytes);
+  std::error_code error;
+  fs::create_hard_link(part, file, error);
+  fs::remove(part);
+  if (!error) return true;
+  if (fs::exists(file)) return false;
+  replace_file(file, bytes);  // of a file system without links
+  return true;
+}
+
 // The middle one of those that the run has kept; none: empty.
 std::string picture_in(const fs::path& run) {
   std::vector<std::string> pictures = pictures_of(run);
   if (pictures.empty()) return "";
   std::ranges::sort(pictures);
   return read_file(run / pictures[pictures.size() / 2]);
+}
+
+double number_or_0(const Json& record, const char* name) {
+  const auto found = record.find(name);
+  return found != record.end() && found->is_number() ? found->get<double>() : 0;
 }
 
 Json summary_of(const std::vector<Json>& records, const Json& plan) {
@@ -46,8 +86,8 @@ Json summary_of(const std::vector<Json>& records, const Json& plan) {
     for (const Json& reason : record.at("reasons")) {
       ++reasons[reason.at("reason").get<std::string>()];
     }
-    if (record.contains("recorded_seconds")) seconds += record.at("recorded_seconds").get<double>();
-    if (record.contains("length_m")) length += record.at("length_m").get<double>();
+    seconds += number_or_0(record, "recorded_seconds");
+    length += number_or_0(record, "length_m");
   }
   Json summary{{"recordings", records.size()}, {"verdicts", Json::object()}};
   for (const Verdict verdict : {Verdict::kUse, Verdict::kCheck, Verdict::kNo}) {
@@ -68,23 +108,12 @@ Json summary_of(const std::vector<Json>& records, const Json& plan) {
 BatchFolder::BatchFolder(fs::path folder, const Json& plan, const Shard& shard, bool resume)
     : folder_(std::move(folder)), plan_(plan) {
   const fs::path plan_file = folder_ / kPlan;
-  const bool is_there = fs::exists(plan_file);
-  if (is_there && !resume && shard.is_whole()) {
-    throw UsageError(
-        fmt::format("-o: {} has a batch already; --resume continues it", folder_.string()));
-  }
-  if (is_there) {
-    const Json other = Json::parse(read_text(plan_file), nullptr, false);
-    if (other.is_discarded()) {
-      throw InputError(
-          fmt::format("{}: found no JSON, expected the plan of a batch", plan_file.string()));
-    }
-    if (other != plan_) {
+  if (fs::exists(plan_file)) {
+    if (!resume && shard.is_whole()) {
       throw UsageError(
-          fmt::format("{}: the batch there has another plan ({}); expected the same "
-                      "options, or another folder with -o",
-                      plan_file.string(), first_difference(plan_, other)));
+          fmt::format("-o: {} has a batch already; --resume continues it", folder_.string()));
     }
+    expect_same_plan(plan_file, plan_);
   }
   for (const char* part : {"runs", "verdicts", "timing"}) prepare_output(folder_ / part);
   if (shard.is_whole()) {
@@ -92,7 +121,8 @@ BatchFolder::BatchFolder(fs::path folder, const Json& plan, const Shard& shard, 
   } else {
     lock_.emplace(folder_ / fmt::format(".shard-{}-of-{}", shard.part, shard.parts), true);
   }
-  if (!is_there) replace_file(plan_file, json_text(plan_, 2) + "\n");
+  // Another part may have begun meanwhile, with other options.
+  if (!create_file(plan_file, json_text(plan_, 2) + "\n")) expect_same_plan(plan_file, plan_);
 }
 
 fs::path BatchFolder::run_of(const BatchItem& item) const { return folder_ / "runs" / item.name; }
@@ -105,17 +135,23 @@ std::optional<Json> BatchFolder::record(const BatchItem& item) const {
   const fs::path file = record_of(item);
   if (!fs::exists(file)) return std::nullopt;
   const Json record = Json::parse(read_text(file), nullptr, false);
-  if (!record.is_object() || !record.contains("verdict") || !record.contains("reasons")) {
+  if (!is_record(record)) {
     throw InputError(
         fmt::format("{}: found no record of a recording; remove it to run the "
                     "recording again",
                     file.string()));
   }
-  if (record.value("recording", "") != item.said_source()) {
+  if (const std::string other = record.value("recording", ""); other != item.said_source()) {
     throw UsageError(
         fmt::format("{}: is of {}, and {} has the same name; give it another in the "
                     "list of --manifest",
-                    file.string(), record.value("recording", ""), item.said_source()));
+                    file.string(), other, item.said_source()));
+  }
+  if (record.at("options") != item.options_json()) {
+    throw UsageError(
+        fmt::format("{}: was made with the options {}, and the list says {}; remove "
+                    "it to run the recording again",
+                    file.string(), record.at("options").dump(), item.options_json().dump()));
   }
   return record;
 }
@@ -155,7 +191,7 @@ std::vector<Json> read_verdicts(const fs::path& folder) {
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
     Json record = Json::parse(line, nullptr, false);
-    if (!record.is_object() || !record.contains("name") || !record.contains("verdict")) {
+    if (!is_record(record)) {
       throw InputError(fmt::format("{}:{}: found '{}', expected the record of a recording",
                                    file.string(), number, line.substr(0, 60)));
     }

@@ -9,6 +9,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
 #include <chasles/many/batch_list.hpp>
 
 namespace chasles {
@@ -40,6 +41,13 @@ std::vector<std::string> sets_of(const Json& value, const std::string& where) {
     sets.push_back(key + "=" + (setting.is_string() ? setting.get<std::string>() : setting.dump()));
   }
   return sets;
+}
+
+std::string trimmed(const std::string& line) {
+  constexpr const char* kBlanks = " \t\r";
+  const std::size_t first = line.find_first_not_of(kBlanks);
+  if (first == std::string::npos) return "";
+  return line.substr(first, line.find_last_not_of(kBlanks) - first + 1);
 }
 
 BatchItem item_from(const std::string& line, const fs::path& folder, const std::string& where) {
@@ -109,21 +117,45 @@ void reject_repeated(const std::vector<BatchItem>& items) {
   }
 }
 
+// Files beside the folder have longer names.
+constexpr std::size_t kLongestName = 200;
+
 void check_name(const BatchItem& item) {
   const std::string& name = item.name;
-  if (!name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos) return;
-  throw UsageError(fmt::format("{}: found the name '{}', expected one that a folder can have",
-                               item.recording.string(), name));
+  const bool is_printable = std::ranges::none_of(
+      name, [](char c) { return c == '/' || (c >= 0 && c < ' ') || c == '\x7f'; });
+  if (!name.empty() && name != "." && name != ".." && is_printable && name.size() <= kLongestName) {
+    return;
+  }
+  throw UsageError(
+      fmt::format("{}: found the name '{}', expected at most {} bytes without a "
+                  "slash and control characters; the list of --manifest gives names",
+                  item.recording.string(), name, kLongestName));
 }
 
 }  // namespace
+
+std::string BatchItem::said_source() const {
+  if (!source.empty()) return valid_utf8(source);
+  return valid_utf8(fs::absolute(recording).lexically_normal().string());
+}
+
+Json BatchItem::options_json() const {
+  Json options = Json::object();
+  if (!truth.empty()) options["truth"] = valid_utf8(truth.string());
+  if (!cameras.empty()) options["cameras"] = cameras;
+  if (start) options["start"] = *start;
+  if (stop) options["stop"] = *stop;
+  if (!sets.empty()) options["set"] = sets;
+  return options;
+}
 
 std::vector<BatchItem> read_batch_list(const fs::path& file) {
   std::istringstream lines(read_text(file));
   std::vector<BatchItem> items;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    line = trimmed(line);
     if (line.empty() || line.front() == '#') continue;
     items.push_back(
         item_from(line, file.parent_path(), fmt::format("{}:{}", file.string(), number)));

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 // The recordings of a batch, and the part of them that one process runs.
 namespace chasles {
 
@@ -19,7 +21,10 @@ struct BatchItem {
   std::optional<double> start = {}, stop = {};  ///< [s]
   std::vector<std::string> sets = {};           ///< KEY=VALUE, after those of the batch
 
-  std::string said_source() const { return source.empty() ? recording.string() : source; }
+  /// Of the record: `source`, or the absolute path, as valid UTF-8.
+  std::string said_source() const;
+  /// What differs from the batch, of the record.
+  nlohmann::ordered_json options_json() const;
 };
 
 /// Reads a list of recordings: a path on each line, or a JSON object with `recording` and, where
@@ -30,7 +35,7 @@ std::vector<BatchItem> read_batch_list(const std::filesystem::path& file);
 
 /// Gives each item without a name the last part of its path, without the extension of a file. Items
 /// that would have the same name get parts of their folders before it. Throws UsageError for an
-/// item that is there twice, and for a name that is no name of a folder.
+/// item that is there twice, and for a name that no folder can have.
 void name_items(std::vector<BatchItem>& items);
 
 /// The i-th of n parts of a list: i, i + n, i + 2 n, ...

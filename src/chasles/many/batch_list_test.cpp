@@ -86,12 +86,23 @@ TEST(BatchNames, AreTheLastPartsAndMoreWhereTheyAreAlike) {
             (std::vector<std::string>{"first", "b_first"}));
 }
 
+TEST(BatchItem, ThePathOfTheRecordIsAbsoluteAndText) {
+  EXPECT_EQ((BatchItem{.recording = "/data/x/../a"}).said_source(), "/data/a");
+  EXPECT_EQ((BatchItem{.recording = "/data/\xff"}).said_source(), "/data/\xEF\xBF\xBD");
+  EXPECT_EQ((BatchItem{.recording = "/cache/1", .source = "s3://b/a"}).said_source(), "s3://b/a");
+  EXPECT_EQ((BatchItem{.recording = "a", .stop = 2, .sets = {"x=1"}}).options_json().dump(),
+            R"({"stop":2.0,"set":["x=1"]})");
+}
+
 TEST(BatchNames, ARecordingThatIsThereTwiceIsAnError) {
   EXPECT_THROW(names_of({{.recording = "/data/a"}, {.recording = "/data/../data/a"}}), UsageError);
   EXPECT_THROW(names_of({{.recording = "/a", .name = "x"}, {.recording = "/b", .name = "x"}}),
                UsageError);
   EXPECT_THROW(names_of({{.recording = "/a", .name = "../x"}}), UsageError);
-  EXPECT_THROW(names_of({{.recording = "/a", .name = ".."}}), UsageError);
+  for (const std::string& name :
+       {std::string(".."), std::string("a\nb"), std::string("a\0b", 3), std::string(201, 'x')}) {
+    EXPECT_THROW(names_of({{.recording = "/a", .name = name}}), UsageError) << name;
+  }
 }
 
 TEST(Shard, IsEveryNthOfAList) {

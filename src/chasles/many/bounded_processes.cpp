@@ -51,7 +51,7 @@ void send(int pipe, Kind kind, const void* data, std::size_t size) {
   // Ctrl-C is for the parent, which decides what becomes of this process.
   signal(SIGINT, SIG_IGN);
   signal(SIGHUP, SIG_IGN);
-  signal(SIGTERM, SIG_DFL);
+  signal(SIGTERM, SIG_IGN);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
   const std::string result =

@@ -1,13 +1,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/many/verdict.hpp>
-#include <chasles/session/coverage.hpp>
 
 namespace chasles {
 namespace {
@@ -45,6 +46,7 @@ const ReasonKind& kind_of(const Reason& reason) {
 }
 
 double largest_sigma(const Eigen::Matrix3d& covariance) {
+  if (!covariance.allFinite()) return std::numeric_limits<double>::infinity();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
 }
@@ -100,8 +102,7 @@ std::optional<double> number_in(const Json& object, const char* name) {
   return found->get<double>();
 }
 
-void assess_coverage(const Json& summary, const VerdictLimits& limits, Reasons& reasons) {
-  const double coverage = number_in(summary, "coverage").value_or(0);
+void assess_coverage(double coverage, const VerdictLimits& limits, Reasons& reasons) {
   const std::string what = fmt::format("{:.0f} % of the frames have an estimate", 100 * coverage);
   if (coverage < kLeastCoverage) {
     reasons.add("few_estimates", what);
@@ -130,6 +131,10 @@ void assess_health(const Json& summary, Reasons& reasons) {
 
 void assess_path(const PathFigures& path, const VerdictLimits& limits, Reasons& reasons) {
   const double most = std::max(limits.most_sigma, limits.most_drift * path.length_m / 100);
+  if (!std::isfinite(path.worst_sigma_m + path.worst_turn_deg)) {
+    reasons.add("uncertain", "a covariance is not finite");
+    return;
+  }
   if (path.worst_sigma_m > most) {
     reasons.add(
         "uncertain",
@@ -218,13 +223,23 @@ Verdict verdict_of(std::span<const Reason> reasons) {
   return worst;
 }
 
-std::optional<PathFigures> path_figures(const Run& run, bool in_map) {
-  if (in_map) return figures_of("in_map", run.in_map);
-  if (!run.smoothed.empty()) return figures_of("smoothed", run.smoothed);
+std::optional<PathFigures> path_figures(const Run& run, const FrameCoverage& coverage,
+                                        bool in_map) {
+  if (in_map) {
+    std::optional<PathFigures> figures = figures_of("in_map", run.in_map);
+    if (figures) {
+      figures->coverage =
+          FrameCoverage{.estimated = figures->poses, .frames = coverage.frames}.share();
+    }
+    return figures;
+  }
   std::vector<RunState> kept;
   std::ranges::copy_if(run.states, std::back_inserter(kept),
                        [](const RunState& state) { return state.health != "lost"; });
-  return figures_of("states", kept);
+  std::optional<PathFigures> figures =
+      run.smoothed.empty() ? figures_of("states", kept) : figures_of("smoothed", run.smoothed);
+  if (figures) figures->coverage = coverage.share();
+  return figures;
 }
 
 Reason reason_of(const Error& error) {
@@ -244,7 +259,7 @@ std::vector<Reason> reasons_against(const Json& summary, const std::optional<Pat
                                     bool in_map, const CheckReport& check,
                                     const VerdictLimits& limits) {
   Reasons reasons;
-  assess_coverage(summary, limits, reasons);
+  if (path || !in_map) assess_coverage(path ? path->coverage : 0, limits, reasons);
   assess_health(summary, reasons);
   if (path) {
     assess_path(*path, limits, reasons);

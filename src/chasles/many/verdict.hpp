@@ -10,6 +10,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/check/check_report.hpp>
 #include <chasles/run_folder/run.hpp>
+#include <chasles/session/coverage.hpp>
 
 // Whether a run of a recording may be used, and why not (docs/many.md).
 namespace chasles {
@@ -30,6 +31,9 @@ struct ReasonKind {
   Verdict verdict;      ///< the best one that it allows
   const char* meaning;  ///< a sentence for help and documentation, without its full stop
 };
+
+/// Changes with the rules by which a run has a reason: records of other rules are not of one batch.
+inline constexpr int kRulesOfVerdicts = 1;
 
 /// All of them, in the order in which they are reported.
 std::span<const ReasonKind> reason_kinds();
@@ -58,14 +62,16 @@ struct PathFigures {
   /// Which poses: "in_map" of a run in a map, else "smoothed" where there are such, else "states".
   std::string path;
   std::size_t poses = 0;
+  double coverage = 0;  ///< frames with such a pose over all frames of the recording
   double length_m = 0;
   double worst_sigma_m = 0;     ///< along the worst axis of the worst pose [m]
   double worst_turn_deg = 0;    ///< the same of the rotation [deg]
   double drift_m_per_100m = 0;  ///< worst_sigma_m for each 100 m of the path; 0 of less than 1 m
 };
 
-/// Of the poses that are not lost; none without any. `in_map`: the run was to find its place.
-std::optional<PathFigures> path_figures(const Run& run, bool in_map);
+/// Of the poses that are not lost; none without any. `coverage`: of the run; `in_map`: the run was
+/// to find its place. Figures of a covariance that is not finite are infinite.
+std::optional<PathFigures> path_figures(const Run& run, const FrameCoverage& coverage, bool in_map);
 
 /// Errors of a path stay below this many times its worst standard deviation: the bound of a
 /// verdict.

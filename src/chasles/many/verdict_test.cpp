@@ -22,7 +22,9 @@ Json healthy() {
           {"imu", {{"used", 1000}, {"gaps", 0}}}};
 }
 
-PathFigures exact_path() { return {.path = "states", .length_m = 10, .worst_sigma_m = 0.02}; }
+PathFigures exact_path() {
+  return {.path = "states", .coverage = 0.95, .length_m = 10, .worst_sigma_m = 0.02};
+}
 
 std::vector<std::string> kinds(const std::vector<Reason>& reasons) {
   std::vector<std::string> names;
@@ -59,8 +61,6 @@ TEST(Verdict, EachFigureBeyondItsLimitIsAReason) {
     summary[name] = value;
     return against(summary);
   };
-  EXPECT_EQ(with("coverage", 0.7), Names{"coverage"});
-  EXPECT_EQ(with("coverage", 0.4), Names{"few_estimates"});
   EXPECT_EQ(with("health", "lost"), Names{"lost"});
   EXPECT_EQ(with("resets", 2), Names{"degraded"});
   EXPECT_EQ(with("nis_per_dof", 2.5), Names{"innovations"});
@@ -80,6 +80,22 @@ TEST(Verdict, EachFigureBeyondItsLimitIsAReason) {
   };
   EXPECT_EQ(moved(407), Names{});
   EXPECT_EQ(moved(409), Names{"calibration"});
+}
+
+TEST(Verdict, TheCoverageIsThatOfThePath) {
+  const auto with = [](double coverage) {
+    PathFigures path = exact_path();
+    path.coverage = coverage;
+    return against(healthy(), path);
+  };
+  EXPECT_EQ(with(0.7), Names{"coverage"});
+  EXPECT_EQ(with(0.4), Names{"few_estimates"});
+}
+
+TEST(Verdict, ACovarianceThatIsNotFiniteIsNoSigmaOfZero) {
+  PathFigures path = exact_path();
+  path.worst_sigma_m = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(against(healthy(), path), Names{"uncertain"});
 }
 
 TEST(Verdict, ALongPathMayBeMoreUncertain) {
@@ -133,11 +149,13 @@ RunState turned_state(double x, double scale, const char* health) {
   return state;
 }
 
+constexpr FrameCoverage kAll{.estimated = 3, .frames = 4};
+
 TEST(PathFigures, TheWorstAxisOfTheWorstPoseThatIsNotLostCounts) {
   chasles::Run run;
   run.states = {turned_state(0, 1, "ok"), turned_state(2, 2, "degraded"),
                 turned_state(4, 9, "lost")};
-  const std::optional<PathFigures> path = path_figures(run, false);
+  const std::optional<PathFigures> path = path_figures(run, kAll, false);
   ASSERT_TRUE(path);
   EXPECT_EQ(path->path, "states");
   EXPECT_EQ(path->poses, 2u);
@@ -150,12 +168,16 @@ TEST(PathFigures, TheWorstAxisOfTheWorstPoseThatIsNotLostCounts) {
 TEST(PathFigures, SmoothedPosesComeBeforeStatesAndThoseOfAMapBeforeAll) {
   chasles::Run run;
   run.states = {turned_state(0, 1, "ok")};
-  EXPECT_FALSE(path_figures(run, true)) << "without a place there is no pose in the map";
+  EXPECT_FALSE(path_figures(run, kAll, true)) << "without a place there is no pose in the map";
   run.smoothed = {{.world_T_imu = {}, .pose_covariance = Matrix6d::Identity()}};
-  EXPECT_EQ(path_figures(run, false)->path, "smoothed");
+  EXPECT_EQ(path_figures(run, kAll, false)->path, "smoothed");
   run.in_map = run.smoothed;
-  EXPECT_EQ(path_figures(run, true)->path, "in_map");
-  EXPECT_FALSE(path_figures(chasles::Run{}, false));
+  EXPECT_EQ(path_figures(run, kAll, true)->path, "in_map");
+  EXPECT_EQ(path_figures(run, kAll, true)->coverage, 0.25) << "a place that was found late";
+  EXPECT_EQ(path_figures(run, kAll, false)->coverage, 0.75);
+  run.smoothed[0].pose_covariance(4, 4) = std::nan("");
+  EXPECT_TRUE(std::isinf(path_figures(run, kAll, false)->worst_sigma_m));
+  EXPECT_FALSE(path_figures(chasles::Run{}, kAll, false));
 }
 
 }  // namespace

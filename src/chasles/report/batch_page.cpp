@@ -23,8 +23,8 @@ std::size_t rank_of(const Json& record) {
 bool is_worse(const BatchRow* a, const BatchRow* b) {
   const auto key = [](const BatchRow& row) {
     const auto sigma = row.record.find("worst_sigma_m");
-    return std::pair{rank_of(row.record),
-                     sigma == row.record.end() ? -1e300 : -sigma->get<double>()};
+    const bool known = sigma != row.record.end() && sigma->is_number();
+    return std::pair{rank_of(row.record), known ? -sigma->get<double>() : -1e300};
   };
   return key(*a) < key(*b);
 }
