@@ -115,8 +115,8 @@ def _absolute(path: "Union[str, os.PathLike[str]]") -> str:
 
 
 # What the function does itself, or has a parameter for; the rest of the command's options may be given.
-_OWN_OPTIONS = ("--manifest", "--map-from", "--map", "--jobs", "--shard", "--resume", "--collect", "--retry", "-o", "--output",
-                "--against", "--quiet", "--estimator", "--cameras", "--config")
+_OWN_OPTIONS = ("--manifest", "--map-from", "--map", "--jobs", "--shard", "--resume", "--collect", "--retry", "-o",
+                "--output", "--against", "--quiet", "--estimator", "--cameras", "--config")
 
 
 def _checked(options: list[str]) -> list[str]:
@@ -344,8 +344,8 @@ def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tupl
         return record
     with tempfile.TemporaryDirectory(prefix="chasles-") as scratch:
         work = pathlib.Path(scratch)
-        record = _assess_remote(item, arguments, work, cache) if is_url(item["recording"]) else (
-            _assess_local(item, arguments, work))
+        with _local(item["recording"], cache) as path:
+            record = _assess_local({**item, "recording": path}, arguments, work)
         if (work / "batch/runs" / name).exists():
             place.write_folder(work / "batch/runs" / name, f"runs/{name}")
         place.write(f"timing/{name}.json", (work / f"batch/timing/{name}.json").read_bytes())
@@ -353,13 +353,16 @@ def _assess(item: dict[str, Any], arguments: list[str], folder: str, cache: tupl
         return record
 
 
-def _assess_remote(item: dict[str, Any], arguments: list[str], work: pathlib.Path, cache: tuple[str, float]) -> dict[str, Any]:
+@contextlib.contextmanager
+def _local(recording: str, cache: tuple[str, float]) -> "Iterator[str]":
+    """The path of a recording on this machine. One that is not there has a path where nothing is: that is its verdict."""
     with contextlib.ExitStack() as stack:
-        try:
-            path = stack.enter_context(Cache(*cache).local(item["recording"]))
-        except (NotThere, ValueError, zipfile.BadZipFile):  # also of a file system that is not known
-            path = item["recording"]  # where nothing is on this machine: that is its verdict
-        return _assess_local({**item, "recording": path}, arguments, work)
+        path = recording
+        if is_url(recording):
+            # ValueError: also of a file system that is not known.
+            with contextlib.suppress(NotThere, ValueError, zipfile.BadZipFile):
+                path = stack.enter_context(Cache(*cache).local(recording))
+        yield path
 
 
 def _assess_local(item: Mapping[str, Any], arguments: list[str], work: pathlib.Path) -> dict[str, Any]:

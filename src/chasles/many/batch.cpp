@@ -36,7 +36,7 @@ Json seconds_json(const std::optional<double>& seconds) {
   return seconds ? Json(*seconds) : Json(nullptr);
 }
 
-// FNV-1a of 64 bits: tells other bytes, and resists nobody.
+// FNV-1a of 64 bits: it finds an accident, not an attack.
 std::string digest(const std::string& bytes) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const char byte : bytes) {
