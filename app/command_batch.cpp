@@ -79,6 +79,8 @@ void check_reasons(const std::vector<std::string>& reasons) {
 void complete(BatchCommandOptions& o) {
   BatchOptions& batch = o.batch;
   SessionOptions& session = batch.run.session;
+  const bool in_map = !session.map.empty() || !o.map_from.empty();
+  if (session.estimator.empty()) session.estimator = in_map ? "filter" : "batch";
   session.settings.estimator = estimator_choice(session.estimator, "--estimator");
   batch.shard = shard_from(o.shard);
   gather_items(o);
@@ -288,7 +290,9 @@ void declare_output(CLI::App& parser, BatchCommandOptions& o) {
 Action declare_batch(CLI::App& parser) {
   const auto o = std::make_shared<BatchCommandOptions>();
   declare_input(parser, *o);
-  declare_method(parser, o->batch.run.session);
+  // Whose covariance holds best; a map needs the filter.
+  o->batch.run.session.estimator = "";
+  declare_method(parser, o->batch.run.session, "batch, and with a map filter");
   declare_map(parser, *o);
   declare_verdicts(parser, *o);
   declare_processes(parser, *o);

@@ -20,7 +20,7 @@ std::string chart_help() {
 
 }  // namespace
 
-void declare_method(CLI::App& parser, SessionOptions& o) {
+void declare_method(CLI::App& parser, SessionOptions& o, const std::string& estimator) {
   const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
     return parser.add_option(name, value, text)->type_name(type)->group("Method");
   };
@@ -39,9 +39,10 @@ void declare_method(CLI::App& parser, SessionOptions& o) {
           "and the gyroscope show of them (docs/cameras.md)")
       ->group("Method");
   add("--estimator", o.estimator, "filter|batch|window:N",
-      "filter (default); batch: the most probable motion given the whole recording, starting from "
-      "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
-      "the last N frames, given the recording so far (docs/window.md)");
+      "filter; batch: the most probable motion given the whole recording, starting from the "
+      "filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of the "
+      "last N frames, given the recording so far (docs/window.md) (default: " +
+          estimator + ")");
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
 }

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""python3 -m studies.many [verdicts] [place] [cost] [executors]: batches of recordings (docs/many.md). Fills
+"""python3 -m studies.many [verdicts] [circles] [place] [cost] [executors]: batches of recordings (docs/many.md). Fills
 studies/many.md between its markers.
 
 verdicts   200 rendered recordings of an action camera, a tenth of them faulty: verdicts against the truth.
+circles    20 simulated runs half around a cube at constant speed, where a start in motion hardly has the scale.
 place      one walk makes the map, 50 pieces of another one find their places in it.
 cost       the same 20 recordings in a batch and in a loop of `chasles run`.
 executors  10,000 tasks of 10 ms on Dask and on processes. Needs the packages of tools/interop.
 
-Without a name it makes the first three. It renders to out/many, once: half an hour. Needs NumPy."""
+Without a name it makes all but the last. It renders to out/many, once: half an hour. Needs NumPy."""
 
 import concurrent.futures
 import json
@@ -30,7 +31,7 @@ from studies.program import ROOT, Argument, Json, chasles, one_of, parser, read_
 
 OUT = ROOT / "out/many"
 PAGE = ROOT / "studies/many.md"
-MARKERS = {PAGE: ("verdicts", "faults", "place", "cost", "executors")}
+MARKERS = {PAGE: ("verdicts", "faults", "circles", "place", "cost", "executors")}
 RECORDINGS = int(os.environ.get("RECORDINGS", "200"))
 WORKERS = int(os.environ.get("WORKERS", "2"))
 WORST_CODES = (0, 2, 5)  # exit codes of a batch
@@ -96,6 +97,28 @@ def verdicts() -> None:
             "error over bound, median", "largest"]
     fill(PAGE, "verdicts", pages.table(head, rows))
     fill(PAGE, "faults", pages.table(["fault", "verdict", "reasons", "largest error m", "bound m"], of_faults))
+
+
+CIRCLES = 20
+
+
+def circles() -> None:
+    recordings = []
+    for run in range(CIRCLES):
+        recording = OUT / "circles" / f"circle-{run:02d}"
+        if not recording.exists():
+            chasles("simulate", "turntable", "--set", "revolutions=0.5", "--run", run, "--quiet", "-o", recording)
+        recordings.append({"recording": str(recording)})
+    rows = []
+    for estimator in ("filter", "window:20", "batch"):
+        folder = OUT / f"circles-{estimator.replace(':', '')}"
+        shutil.rmtree(folder, ignore_errors=True)
+        records = run_batch(folder, recordings, "--estimator", estimator)
+        ratios = sorted(worst_error(folder / "runs" / r["name"]) / r["bound_m"] for r in records if r.get("bound_m"))
+        rows.append([estimator, str(sum(r["verdict"] == "use" for r in records)), str(sum(x > 1 for x in ratios)),
+                     number(ratios[len(ratios) // 2], 2), number(ratios[-1], 2)])
+    head = ["estimator", "`use`", "errors above the bound", "error over bound, median", "largest"]
+    fill(PAGE, "circles", pages.table(head, rows))
 
 
 MAPPED: Json = {**CAMERA, "texture_period": 0}
@@ -237,7 +260,7 @@ def executors() -> None:
     fill(PAGE, "executors", pages.table(head, rows))
 
 
-TABLES = {"verdicts": verdicts, "place": place, "cost": cost, "executors": executors}
+TABLES = {"verdicts": verdicts, "circles": circles, "place": place, "cost": cost, "executors": executors}
 
 
 def main() -> None:

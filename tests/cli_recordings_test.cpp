@@ -59,7 +59,7 @@ void expect_same_batches(const fs::path& a, const fs::path& b) {
 }
 
 // The turntable is seen from afar: its poses are less certain than those of a room.
-const std::string kBatch = "batch --no-check --most-sigma 1 ";
+const std::string kBatch = "batch --estimator filter --no-check --most-sigma 1 ";
 
 TEST(BatchCommand, GivesEachRecordingAVerdictAndAllAPage) {
   const Scratch folder;
@@ -98,11 +98,20 @@ TEST(BatchCommand, GivesEachRecordingAVerdictAndAllAPage) {
 TEST(BatchCommand, TheVerdictCheckHasAnExitCodeOfItsOwn) {
   const Scratch folder;
   simulate(folder, 1);
-  EXPECT_EQ(chasles(folder, "batch --no-check --most-sigma 1 in/a -o a").code, 0);
-  const Outcome outcome =
-      chasles(folder, "batch --no-check --most-sigma 1e-6 --most-drift 1e-6 in/a -o b");
+  EXPECT_EQ(chasles(folder, "batch --estimator filter --no-check --most-sigma 1 in/a -o a").code,
+            0);
+  const Outcome outcome = chasles(
+      folder, "batch --estimator filter --no-check --most-sigma 1e-6 --most-drift 1e-6 in/a -o b");
   EXPECT_EQ(outcome.code, 5);
   EXPECT_EQ(lines_of(outcome.out)[0].at("reasons")[0].at("reason"), "uncertain");
+}
+
+TEST(BatchCommand, RunsBatchEstimationByDefault) {
+  const Scratch folder;
+  simulate(folder, 1);
+  ASSERT_EQ(chasles(folder, "batch --no-check --most-sigma 1 in/a -o out").code, 0);
+  ASSERT_EQ(chasles(folder, "run in/a --estimator batch -o alone --quiet").code, 0);
+  EXPECT_EQ(slurp(folder / "out/runs/a/states.csv"), slurp(folder / "alone/states.csv"));
 }
 
 TEST(BatchCommand, AListHasSettingsOfItsOwn) {
@@ -128,7 +137,8 @@ TEST(BatchCommand, HasTheSameBytesInPartsAndAfterAKill) {
   expect_same_batches(folder / "whole", folder / "parts");
 
   {
-    std::vector<std::string> words = {"batch", "--no-check", "--most-sigma", "1"};
+    std::vector<std::string> words = {"batch",      "--estimator",  "filter",
+                                      "--no-check", "--most-sigma", "1"};
     for (const char* name : {"a", "b", "c", "d", "e"}) {
       words.push_back((folder / "in" / name).string());
     }
@@ -153,7 +163,8 @@ TEST(BatchCommand, HasTheSameBytesInPartsAndAfterAKill) {
 TEST(BatchCommand, CtrlCKeepsWhatIsDone) {
   const Scratch folder;
   simulate(folder, 4);
-  std::vector<std::string> words = {"batch", "--no-check", "--most-sigma", "1", "--jobs", "1"};
+  std::vector<std::string> words = {"batch",        "--estimator", "filter", "--no-check",
+                                    "--most-sigma", "1",           "--jobs", "1"};
   for (const char* name : {"a", "b", "c", "d"}) words.push_back((folder / "in" / name).string());
   words.insert(words.end(), {"-o", (folder / "out").string()});
   Process process(folder, words);
@@ -170,8 +181,9 @@ TEST(BatchCommand, SaysWhatBecameBetterOrWorse) {
   const Scratch folder;
   simulate(folder, 3);
   ASSERT_EQ(chasles(folder, kBatch + "in/? -o before").code, 0);
-  const Outcome now = chasles(
-      folder, "batch --no-check --most-sigma 1e-6 --most-drift 1e-6 in/? -o now --against before");
+  const Outcome now = chasles(folder,
+                              "batch --estimator filter --no-check --most-sigma 1e-6 --most-drift "
+                              "1e-6 in/? -o now --against before");
   EXPECT_EQ(now.code, 5);
   expect_part(now.err, "worse: a (was use, is check)");
   expect_part(now.err, "worst_sigma_m: 1.000 times that of the earlier batch");
@@ -192,7 +204,8 @@ TEST(BatchCommand, RejectsWhatNoRecordingCanUse) {
   expect_error(chasles(folder, kBatch + "in/a -o x --map-from in/b --shard 1/2"), 1,
                "--map-from excludes --shard");
   ASSERT_EQ(chasles(folder, kBatch + "in/a -o x").code, 0);
-  expect_error(chasles(folder, "batch --no-check in/a -o x --resume"), 1, "another plan (limits");
+  expect_error(chasles(folder, "batch --estimator filter --no-check in/a -o x --resume"), 1,
+               "another plan (limits");
   spill(folder / "list", "{\"recording\": \"in/a\", \"stop\": 2}\n");
   expect_error(chasles(folder, kBatch + "--manifest list -o x --resume"), 1,
                "was made with the options {}, and the list says {\"stop\":2.0}");

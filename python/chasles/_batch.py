@@ -67,7 +67,7 @@ class Batch:
 
 
 def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *, executor: Any = None,
-          jobs: Optional[int] = None, resume: bool = False, estimator: str = "filter", cameras: str = "",
+          jobs: Optional[int] = None, resume: bool = False, estimator: Optional[str] = None, cameras: str = "",
           map: "Union[str, os.PathLike[str], None]" = None, config: "Union[str, os.PathLike[str], None]" = None,
           settings: Optional[Mapping[str, Any]] = None, options: Iterable[str] = (), attempts: int = 3,
           cache: "Union[str, os.PathLike[str], None]" = None, cache_bytes: float = 20e9,
@@ -81,7 +81,7 @@ def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *,
     a path, see the same folder: Dask's Client.get_executor(), mpi4py's MPIPoolExecutor, chasles.RayExecutor; None: `jobs`
     processes of this machine (one per core). A task whose worker dies is given to another, `attempts` times in all.
     Without another try left, what stopped it is raised, and resume=True goes on.
-    settings: {name: value}; options: further ones of the command, as ["--most-sigma", "0.05"].
+    estimator: by default "batch", and with a map "filter". settings: {name: value}; options: further ones of the command, as ["--most-sigma", "0.05"].
     cache: a folder on each worker for copies of remote recordings, held to about cache_bytes.
     on_record: called with each record as it comes. progress: a bar, as in `run`.
     Raises UsageError as the command. Ctrl-C ends it, and what is done stays."""
@@ -178,8 +178,8 @@ def _flat(settings: Mapping[str, Any], prefix: str = "") -> "Iterator[tuple[str,
             yield prefix + name, str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _arguments(estimator: str, cameras: str, map: Any, config: Any, settings: Optional[Mapping[str, Any]]) -> list[str]:
-    arguments = ["--estimator", estimator]
+def _arguments(estimator: Optional[str], cameras: str, map: Any, config: Any, settings: Optional[Mapping[str, Any]]) -> list[str]:
+    arguments = ["--estimator", estimator] if estimator else []
     if cameras:
         arguments += ["--cameras", cameras]
     if map is not None:

@@ -68,7 +68,7 @@ def test_a_batch_goes_on_where_it_stopped(recordings, tmp_path):
     with pytest.raises(chasles.UsageError, match="resume=True"):
         chasles.batch(recordings, tmp_path / "part", options=OPTIONS)
     with pytest.raises(chasles.UsageError, match="another plan"):
-        chasles.batch(recordings, tmp_path / "part", options=OPTIONS, resume=True, estimator="batch")
+        chasles.batch(recordings, tmp_path / "part", options=OPTIONS, resume=True, estimator="window:20")
     rest = []
     with concurrent.futures.ThreadPoolExecutor(2) as executor:
         chasles.batch(recordings, tmp_path / "part", options=OPTIONS, resume=True, executor=executor,
@@ -278,7 +278,7 @@ def test_the_example_of_the_page(recordings, tmp_path, monkeypatch, capsys):
     (tmp_path / "demos").mkdir()
     for recording in recordings[:2]:
         (tmp_path / "demos" / recording.name).symlink_to(recording)
-    block = block.replace('estimator="batch"', 'options=["--no-check", "--most-sigma", "1"]')
+    block = block.replace('estimator="filter"', 'estimator="filter", options=["--no-check", "--most-sigma", "1"]')
     names = {}
     exec(compile(block, str(page), "exec"), names)
     counts = {name: len(names["batch"].run(name).smoothed["position"]) for name in "ab"}
