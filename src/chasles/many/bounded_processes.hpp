@@ -10,12 +10,12 @@ namespace chasles {
 
 /// What a process may use. The bounds grow with the recording, because runs do.
 struct ProcessBounds {
-  double seconds_per_minute = 120;    ///< processor time for each minute of the recording [s]
-  double megabytes_per_minute = 400;  ///< memory that it does not share, for each minute [MB]
+  double seconds_per_minute = 120;     ///< processor time for each minute of the recording [s]
+  double megabytes_per_minute = 1500;  ///< memory that it does not share, for each minute [MB]
 
   /// Shorter recordings have the bounds of this length [min]; so has reading, before the length is
   /// known.
-  static constexpr double kLeastMinutes = 5;
+  static constexpr double kLeastMinutes = 2;
   /// A process that waits, for a file system that does not answer, ends after this many times the
   /// bound on processor time, by the clock.
   static constexpr double kClockFactor = 10;

@@ -91,7 +91,7 @@ TEST(BoundedProcesses, ABoundOnMemoryEndsAProcessAlone) {
     std::this_thread::sleep_for(std::chrono::seconds(20));
     return std::to_string(memory[7]);
   };
-  const Ends ends = ends_of({0, 1}, work, {.megabytes_per_minute = 20});  // 100 MB for 5 minutes
+  const Ends ends = ends_of({0, 1}, work, {.megabytes_per_minute = 50});  // 100 MB for 2 minutes
   EXPECT_EQ(ends.at(0).result, "small");
   EXPECT_EQ(ends.at(1).how, How::kMemory);
   EXPECT_EQ(ends.at(1).result, "needed more than 100 MB");
@@ -104,7 +104,7 @@ TEST(BoundedProcesses, ABoundOnTimeCountsTheProcessor) {
     }
     return "";
   };
-  const Ends ends = ends_of({0}, work, {.seconds_per_minute = 0.06});
+  const Ends ends = ends_of({0}, work, {.seconds_per_minute = 0.15});
   EXPECT_EQ(ends.at(0).how, How::kTime);
   EXPECT_LT(ends.at(0).cpu_seconds, 3);
 }
@@ -114,7 +114,7 @@ TEST(BoundedProcesses, AProcessThatWaitsForNothingEndsByTheClock) {
     std::this_thread::sleep_for(std::chrono::seconds(60));
     return "";
   };
-  const Ends ends = ends_of({0}, work, {.seconds_per_minute = 0.01});
+  const Ends ends = ends_of({0}, work, {.seconds_per_minute = 0.025});
   EXPECT_EQ(ends.at(0).how, How::kTime);
   EXPECT_LT(ends.at(0).wall_seconds, 30);
 }
@@ -128,7 +128,7 @@ TEST(BoundedProcesses, TheBoundsGrowWithTheRecording) {
     }
     return "done";
   };
-  const Ends ends = ends_of({0, 1}, work, {.seconds_per_minute = 0.02}, 1);
+  const Ends ends = ends_of({0, 1}, work, {.seconds_per_minute = 0.05}, 1);
   EXPECT_EQ(ends.at(0).how, How::kTime);
   EXPECT_EQ(ends.at(1).how, How::kDone);
 }
