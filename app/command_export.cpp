@@ -10,6 +10,7 @@
 #include <chasles/codec/text_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/run_folder/run.hpp>
+#include <chasles/session/settings_io.hpp>
 #include <chasles/viewers/square.hpp>
 
 #include "export_formats.hpp"
@@ -26,6 +27,7 @@ struct ExportOptions {
   std::string format;  ///< of --as; empty: by the endings
   std::filesystem::path truth;
   ExportChoice choice;
+  std::vector<std::string> sets;  ///< of --set
   bool smoothed = false, quiet = false;
 };
 
@@ -62,6 +64,7 @@ void write(const std::filesystem::path& folder, const std::vector<ExportedFile>&
 
 int export_run(ExportOptions o) {
   if (o.smoothed) o.choice.path = RunPath::kSmoothed;
+  for (const std::string& assignment : o.sets) set(list_of(o.choice.colmap), assignment);
   if (!o.format.empty() && o.outputs.size() > 1) {
     throw UsageError(
         fmt::format("--as {}: found {} outputs, expected one -o", o.format, o.outputs.size()));
@@ -74,11 +77,14 @@ int export_run(ExportOptions o) {
   for (const std::filesystem::path& output : o.outputs) {
     const ExportFormat& format = export_format(o.format, output);
     o.choice.output = output;
-    const std::vector<ExportedFile> files = format.files(run, o.choice);
+    const Exported exported = format.make(run, o.choice);
     if (format.is_folder) {
-      write(output, files, o.quiet);
+      write(output, exported.files, o.quiet);
     } else {
-      write(output, files.front().bytes, o.quiet);
+      write(output, exported.files.front().bytes, o.quiet);
+    }
+    for (const std::string& remark : exported.remarks) {
+      if (!o.quiet) app::print("- {}\n", remark);
     }
   }
   return 0;
@@ -111,6 +117,9 @@ Action declare_export(CLI::App& parser) {
                   "The recording of the run, for formats with a row or an image of each frame")
       ->check(require_path)
       ->type_name("RECORDING");
+  parser.add_option("--set", o->sets, "A setting of colmap: key=value; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
   parser.add_flag("--smoothed", o->smoothed,
                   "The smoothed path, in formats of one path and in --truth");
   parser
@@ -119,6 +128,9 @@ Action declare_export(CLI::App& parser) {
                   "what the poses of a .square are scored by, without an alignment")
       ->type_name("FILE");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
+  ColmapSettings colmap;
+  parser.footer("Settings for --set with --as colmap or colmap-text:\n" +
+                help_text(list_of(colmap)));
   return [o] { return export_run(*o); };
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/reconstruct/run_colmap.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/mps.hpp>
@@ -19,19 +20,19 @@
 namespace chasles::app {
 namespace {
 
-using Files = std::vector<ExportedFile>;
-
-Files one_file(std::string bytes) { return {{.name = {}, .bytes = std::move(bytes)}}; }
-
-Files kitti_files(const ReportRun& run, const ExportChoice& choice) {
-  KittiFiles kitti = run_kitti(run, choice.path);
-  return {{"poses.txt", std::move(kitti.poses)}, {"times.txt", std::move(kitti.times)}};
+Exported one_file(std::string bytes) {
+  return {.files = {{.name = {}, .bytes = std::move(bytes)}}};
 }
 
-Files mps_files(const ReportRun& run, const ExportChoice& choice) {
+Exported kitti_files(const ReportRun& run, const ExportChoice& choice) {
+  KittiFiles kitti = run_kitti(run, choice.path);
+  return {.files = {{"poses.txt", std::move(kitti.poses)}, {"times.txt", std::move(kitti.times)}}};
+}
+
+Exported mps_files(const ReportRun& run, const ExportChoice& choice) {
   MpsFiles mps = run_mps(run, choice.path);
-  return {{"closed_loop_trajectory.csv", std::move(mps.trajectory)},
-          {"semidense_points.csv.gz", std::move(mps.points)}};
+  return {.files = {{"closed_loop_trajectory.csv", std::move(mps.trajectory)},
+                    {"semidense_points.csv.gz", std::move(mps.points)}}};
 }
 
 Recording recording_for(const char* format, const ExportChoice& choice) {
@@ -53,12 +54,39 @@ std::vector<Time> stamps_of_camera(const Recording& recording, std::string_view 
   return stamps;
 }
 
-Files nerfstudio_files(const ReportRun& run, const ExportChoice& choice) {
+Exported nerfstudio_files(const ReportRun& run, const ExportChoice& choice) {
   const Recording recording = recording_for("nerfstudio", choice);
   NerfstudioFiles nerfstudio =
       run_nerfstudio(run.run, posed_images(run, choice.path, recording), choice.output);
-  return {{"transforms.json", std::move(nerfstudio.transforms)},
-          {"sparse_pc.ply", std::move(nerfstudio.points)}};
+  return {.files = {{"transforms.json", std::move(nerfstudio.transforms)},
+                    {"sparse_pc.ply", std::move(nerfstudio.points)}}};
+}
+
+// The folder from which the names of a recording's files are relative.
+std::filesystem::path folder_of(const std::filesystem::path& recording) {
+  return std::filesystem::is_directory(recording) ? recording : recording.parent_path();
+}
+
+Exported colmap_files(const char* format, ColmapFiles (*write)(const ColmapModel&),
+                      const ReportRun& run, const ExportChoice& choice) {
+  RunColmap colmap = run_colmap(run, choice.path, recording_for(format, choice),
+                                folder_of(choice.recording), choice.colmap);
+  Exported exported{.files = {}, .remarks = std::move(colmap.remarks)};
+  for (auto& [name, bytes] : write(colmap.model)) {
+    exported.files.push_back({.name = name, .bytes = std::move(bytes)});
+  }
+  exported.files.push_back({.name = "database.db", .bytes = colmap_database(colmap.model)});
+  return exported;
+}
+
+Exported colmap_text_files(const ReportRun& run, const ExportChoice& choice) {
+  if (std::filesystem::exists(choice.output / "cameras.bin")) {
+    throw UsageError(
+        fmt::format("--as colmap-text: {} has a binary model, which COLMAP reads instead, expected "
+                    "another folder",
+                    choice.output.string()));
+  }
+  return colmap_files("colmap-text", &colmap_text, run, choice);
 }
 
 std::vector<std::string> names_where(bool has_ending) {
@@ -98,6 +126,11 @@ const std::vector<ExportFormat>& export_formats() {
       {"mps", "", "folder with trajectory and points for projectaria-tools", true, &mps_files},
       {"nerfstudio", "", "folder with transforms.json and points for nerfstudio", true,
        &nerfstudio_files},
+      {"colmap", "", "folder with a model and a database for COLMAP", true,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return colmap_files("colmap", &colmap_binary, r, c);
+       }},
+      {"colmap-text", "", "the same as text", true, &colmap_text_files},
       {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_umi(r, c.path, stamps_of_camera(recording_for("umi", c), r.summary)));

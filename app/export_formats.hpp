@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include <chasles/reconstruct/colmap_settings.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/viewers/run_path.hpp>
 
@@ -16,6 +17,7 @@ struct ExportChoice {
   bool points = false;              ///< of a PLY
   std::filesystem::path output;     ///< of -o
   std::filesystem::path recording;  ///< of the run, for its frames; empty: not given
+  ColmapSettings colmap = {};
 };
 
 /// A file of a format that has a folder of them; of others the only one, without a name.
@@ -24,13 +26,19 @@ struct ExportedFile {
   std::string bytes;
 };
 
+/// The files of an export, and sentences for the user.
+struct Exported {
+  std::vector<ExportedFile> files;
+  std::vector<std::string> remarks = {};
+};
+
 /// A format of `chasles export`.
 struct ExportFormat {
   std::string_view name;    ///< of --as
   std::string_view ending;  ///< of the file of -o, which chooses it without --as; empty: none does
   std::string_view use;     ///< one line for the help
   bool is_folder;           ///< -o is a folder; the first file marks a complete set
-  std::vector<ExportedFile> (*files)(const ReportRun& run, const ExportChoice& choice);
+  Exported (*make)(const ReportRun& run, const ExportChoice& choice);
 };
 
 /// All formats. This list feeds the option, the help and the messages.

@@ -57,6 +57,8 @@ const Arrows kArrows = {
     {"foxglove", {"live", "viewers"}},
     // A run with its folder, without a command line.
     {"session", {"pipeline", "live"}},
+    // Models for photogrammetry, from a run and the images of its recording.
+    {"reconstruct", {"session", "viewers"}},
     // What a robot's middleware needs, without its messages.
     {"robot", {"session"}},
     // Many runs, each with a verdict.

@@ -91,18 +91,74 @@ TEST(Export, WhatAFormatLacksIsSaid) {
   simulate_and_run(folder);
   expect_error(
       chasles(folder, "export out --as tumm -o a"), 1,
-      "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|nerfstudio|umi");
+      "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|nerfstudio|colmap|"
+      "colmap-text|umi");
   expect_error(chasles(folder, "export out --as tum -o a -o b"), 1, "found 2 outputs");
   expect_error(chasles(folder, "export out --as umi -o a"), 1, "expected --recording");
   expect_error(chasles(folder, "export out --as umi -o a --recording none"), 2, "none");
   expect_error(chasles(folder, "export out --as mps -o a"), 2, "does not know gravity");
   expect_error(chasles(folder, "export out --as nerfstudio -o a --recording rec"), 2,
                "has no images, expected one with the images of camera 0 as files");
+  expect_error(chasles(folder, "export out --as colmap -o a"), 1,
+               "--as colmap: the run folder does not have the frames");
+  expect_error(chasles(folder, "export out --as colmap -o a --recording rec"), 2,
+               "has no images, expected one with the images of camera 0 as files");
+  expect_error(chasles(folder, "export out --as colmap -o a --set overlap=2"), 1,
+               "--set: overlap: found '2', expected");
+  std::filesystem::create_directory(folder / "model");
+  spill(folder / "model/cameras.bin", "");
+  expect_error(chasles(folder, "export out --as colmap-text -o model --recording rec"), 1,
+               "model has a binary model, which COLMAP reads instead");
   spill(folder / "file", "");
   expect_error(chasles(folder, "export out --as kitti -o file"), 1,
                "file: the folder cannot be made");
   expect_error(chasles(folder, "export out --as tum -o rec"), 1, "rec");
   EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+}
+
+// The packages of python/tests/interop read the files; here is what the command says of them.
+TEST(Export, AModelForColmapHasTheTracksOfKeyframes) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder,
+                    "simulate walk --images --quiet -o rec --set walk_duration=6 --set cameras=2 "
+                    "--set image_width=320 --set image_height=240 --set focal_length=200 --set "
+                    "center_u=159.5 --set center_v=119.5")
+                .code,
+            0);
+  ASSERT_EQ(chasles(folder, "run rec -o out --quiet").code, 0);
+  const auto keyframes = [&](const std::string& more) {
+    const Outcome outcome =
+        chasles(folder, "export out --as colmap -o model --recording rec" + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::size_t at = outcome.out.find("\n- ");
+    EXPECT_NE(at, std::string::npos) << outcome.out;
+    return std::stoi(outcome.out.substr(at + 3));
+  };
+  const int usual = keyframes("");
+  const std::string images = slurp(folder / "model/images.bin");
+  const std::string priors = slurp(folder / "model/database.db");
+  EXPECT_GT(usual, 1);
+  EXPECT_GT(keyframes(" --set overlap=0.95 --set search=0"), usual);
+  EXPECT_EQ(keyframes(""), usual);
+  EXPECT_TRUE(slurp(folder / "model/images.bin") == images) << "the same bytes";
+  EXPECT_TRUE(slurp(folder / "model/database.db") == priors);
+  EXPECT_NE(images.find("mav0/cam1/data/"), std::string::npos);
+  ASSERT_EQ(chasles(folder, "export out --as colmap-text -o text --recording rec --quiet").code, 0);
+  const std::string text = slurp(folder / "text/frames.txt");
+  EXPECT_EQ(std::ranges::count(text, '\n'), usual + 1);
+  // Nothing is a point.
+  expect_error(chasles(folder,
+                       "export out --as colmap -o none --recording rec --set "
+                       "min_observations=1000"),
+               2, "no track is a point");
+  // A summary of which the front end's settings cannot be used.
+  std::string summary = slurp(folder / "out/summary.json");
+  const std::string right = "\"frontend.window\": 15";
+  ASSERT_NE(summary.find(right), std::string::npos);
+  summary.replace(summary.find(right), right.size(), "\"frontend.window\": 99");
+  spill(folder / "out/summary.json", summary);
+  expect_error(chasles(folder, "export out --as colmap -o none --recording rec"), 2,
+               "summary.json: settings: frontend.window: found '99'");
 }
 
 TEST(Export, PosesWithCovariancesAndTheirTruthAreOfOnePath) {

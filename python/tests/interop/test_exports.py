@@ -43,9 +43,9 @@ def numbers(columns, *names):
 class Walk:
     """A rendered walk and its run, with what the tests expect of them."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, *scene):
         self.folder, self.recording, self.run = folder, folder / "walk", folder / "run"
-        chasles("simulate", "walk", "--images", "--set", "walk_duration=6", "-o", self.recording, "--quiet")
+        chasles("simulate", "walk", "--images", "--set", "walk_duration=6", *scene, "-o", self.recording, "--quiet")
         chasles("run", self.recording, "-o", self.run, "--quiet")
         self.states = columns_of(self.run / "states.csv")
         self.time_ns = np.array([int(t) for t in self.states["time_ns"]])

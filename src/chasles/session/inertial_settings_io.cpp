@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
 
 namespace chasles {
@@ -37,6 +38,26 @@ InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
 nlohmann::ordered_json settings_json(const InertialRunSettings& settings) {
   InertialRunSettings copy = settings;
   return to_json(all_of(copy));
+}
+
+FrontendSettings frontend_settings_of(std::string_view summary) {
+  FrontendSettings frontend;
+  const SettingList list = list_of(frontend, "frontend.");
+  const auto json = nlohmann::json::parse(summary, nullptr, false);
+  const auto stated = json.is_object() ? json.value("settings", nlohmann::json::object())
+                                       : nlohmann::json::object();
+  try {
+    for (const Setting& setting : list) {
+      const auto found = stated.find(setting.name);
+      if (found == stated.end()) continue;
+      set(list, "summary.json: settings", setting.name,
+          found->is_string() ? found->get<std::string>() : found->dump());
+    }
+    validate(frontend);
+  } catch (const UsageError& error) {
+    throw InputError(error.what());
+  }
+  return frontend;
 }
 
 std::string inertial_run_settings_help() {

@@ -4,6 +4,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/viewers/byte_sink.hpp>
+#include <chasles/viewers/image_corner.hpp>
 #include <chasles/viewers/nerfstudio.hpp>
 
 namespace chasles {
@@ -11,7 +12,6 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-constexpr double kFirstPixel = 0.5;  // its centre
 constexpr std::uint8_t kPointGrey = 128;
 
 // The model and its coefficients; our radtan is k1 k2 p1 p2 [k3], equidistant k1 k2 k3 k4.
@@ -78,8 +78,8 @@ NerfstudioFiles run_nerfstudio(const Run& run, const PosedImages& posed,
   OrderedJson transforms = lens_json(camera);
   transforms.update({{"fl_x", camera.fx},
                      {"fl_y", camera.fy},
-                     {"cx", camera.cx + kFirstPixel},
-                     {"cy", camera.cy + kFirstPixel},
+                     {"cx", camera.cx + kFirstPixelCentre},
+                     {"cy", camera.cy + kFirstPixelCentre},
                      {"w", camera.width},
                      {"h", camera.height},
                      {"applied_transform", rows_of_matrix(SE3{})},

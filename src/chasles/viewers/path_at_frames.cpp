@@ -55,18 +55,18 @@ std::size_t nearest(std::span<const Time> stamps, Time time) {
 
 }  // namespace
 
-std::vector<std::optional<SE3>> poses_at_frames(const ReportRun& run, RunPath path,
-                                                std::span<const Time> stamps) {
+std::vector<std::optional<SmoothedPose>> poses_at_frames(const ReportRun& run, RunPath path,
+                                                         std::span<const Time> stamps) {
   const std::map<Time, Time> by_cameras = stamps_of_states(run);
   const Time reach = half_interval(stamps);
-  std::vector<std::optional<SE3>> poses(stamps.size());
+  std::vector<std::optional<SmoothedPose>> poses(stamps.size());
   bool any = false;
   for (const SmoothedPose& s : path_poses(run.run, path)) {
     const auto stamp = by_cameras.find(s.time);
     if (stamp == by_cameras.end() || stamps.empty()) continue;
     const std::size_t i = nearest(stamps, stamp->second);
     if (std::max(stamps[i], stamp->second) - std::min(stamps[i], stamp->second) > reach) continue;
-    poses[i] = s.world_T_imu;
+    poses[i] = s;
     any = true;
   }
   if (!any) {

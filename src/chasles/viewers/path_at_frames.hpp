@@ -16,7 +16,7 @@ namespace chasles {
 /// time offset, which is estimated (`time_offset` in states.csv) or a setting of the summary.
 /// `stamps` rise strictly. Throws InputError as path_poses(), and if no frame has a pose: they are
 /// those of another recording.
-std::vector<std::optional<SE3>> poses_at_frames(const ReportRun& run, RunPath path,
-                                                std::span<const Time> stamps);
+std::vector<std::optional<SmoothedPose>> poses_at_frames(const ReportRun& run, RunPath path,
+                                                         std::span<const Time> stamps);
 
 }  // namespace chasles

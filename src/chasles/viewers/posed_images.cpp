@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
@@ -7,8 +9,17 @@
 
 namespace chasles {
 
-PosedImages posed_images(const ReportRun& run, RunPath path, const Recording& recording) {
-  const std::size_t camera = recorded_camera(run.summary, 0);
+namespace {
+
+std::size_t place_of(std::size_t camera, const Recording& recording) {
+  const std::vector<std::size_t>& numbers = recording.camera_numbers;
+  if (numbers.empty()) return camera;
+  return static_cast<std::size_t>(std::ranges::find(numbers, camera) - numbers.begin());
+}
+
+}  // namespace
+
+CameraImages camera_images(const Recording& recording, std::size_t camera) {
   const auto fail = [&](const std::string& found) {
     throw InputError(
         fmt::format("recording '{}' has {}, expected one with the images of camera {} as files "
@@ -16,21 +27,28 @@ PosedImages posed_images(const ReportRun& run, RunPath path, const Recording& re
                     recording.name, found, camera));
   };
   if (!recording.images) fail("no images");
-  if (camera >= recording.cameras.size()) fail("no such camera");
-  std::vector<Time> stamps;
-  std::vector<std::filesystem::path> files;
+  const std::size_t place = place_of(camera, recording);
+  if (place >= recording.cameras.size()) fail("no such camera");
+  CameraImages all{.camera = recording.cameras[place]};
   for (std::size_t i = 0; i < recording.images->size(); ++i) {
-    const std::filesystem::path file = image_file(*recording.images, i, camera);
+    const std::filesystem::path file = image_file(*recording.images, i, place);
     if (file.empty()) continue;
-    stamps.push_back(recording.images->time(i));
-    files.push_back(file);
+    all.stamps.push_back(recording.images->time(i));
+    all.files.push_back(file);
   }
-  if (files.empty()) fail("images that are no files, such as those of a bag");
+  if (all.files.empty()) fail("images that are no files, such as those of a bag");
+  return all;
+}
+
+PosedImages posed_images(const ReportRun& run, RunPath path, const Recording& recording) {
+  const CameraImages images = camera_images(recording, recorded_camera(run.summary, 0));
   const SE3 imu_T_cam = imu_T_camera(run.summary, 0);
-  const auto poses = poses_at_frames(run, path, stamps);
-  PosedImages posed{.camera = recording.cameras[camera], .images = {}};
+  const auto poses = poses_at_frames(run, path, images.stamps);
+  PosedImages posed{.camera = images.camera, .images = {}};
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (poses[i]) posed.images.push_back({.file = files[i], .world_T_cam = *poses[i] * imu_T_cam});
+    if (!poses[i]) continue;
+    posed.images.push_back(
+        {.file = images.files[i], .world_T_cam = poses[i]->world_T_imu * imu_T_cam});
   }
   return posed;
 }

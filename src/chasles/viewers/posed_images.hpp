@@ -10,6 +10,17 @@
 
 namespace chasles {
 
+/// The image files of a camera, in order of time.
+struct CameraImages {
+  Camera camera;  ///< as the recording states it
+  std::vector<Time> stamps = {};
+  std::vector<std::filesystem::path> files = {};
+};
+
+/// Those of the camera with this number in the calibration. Throws InputError for a recording
+/// without that camera, or whose images are no files.
+CameraImages camera_images(const Recording& recording, std::size_t camera);
+
 /// An image of the recording, with the pose of a path.
 struct PosedImage {
   std::filesystem::path file;
@@ -23,7 +34,7 @@ struct PosedImages {
 };
 
 /// Those with a pose (poses_at_frames). The lens is that of the recording, and imu_T_cam that of
-/// the summary. Throws InputError as these do, and for a recording whose images are no files.
+/// the summary. Throws InputError as these and camera_images() do.
 PosedImages posed_images(const ReportRun& run, RunPath path, const Recording& recording);
 
 /// The positions of the landmarks that are finite, in the world of the run [m].

@@ -31,7 +31,7 @@ std::string run_umi(const ReportRun& run, RunPath path, std::span<const Time> st
       continue;
     }
     initialised = true;
-    const SE3 world_T_cam0 = *poses[i] * imu_T_cam0;
+    const SE3 world_T_cam0 = poses[i]->world_T_imu * imu_T_cam0;
     const Eigen::Vector4d q = unit_quaternion(world_T_cam0.R);
     const Eigen::Vector3d& p = world_T_cam0.p;
     row(kTracking, "false");

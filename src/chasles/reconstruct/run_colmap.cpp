@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/base/error.hpp>
+#include <chasles/lie/trajectory.hpp>
+#include <chasles/reconstruct/keyframes.hpp>
+#include <chasles/reconstruct/run_colmap.hpp>
+#include <chasles/reconstruct/sharpness.hpp>
+#include <chasles/reconstruct/sparse_points.hpp>
+#include <chasles/reconstruct/track_again.hpp>
+#include <chasles/session/camera_choice.hpp>
+#include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/viewers/path_at_frames.hpp>
+#include <chasles/viewers/posed_images.hpp>
+
+namespace chasles {
+namespace {
+
+// The file of each image, by camera of the run and by time.
+using ImageNames = std::vector<std::map<Time, std::string>>;
+
+std::vector<std::size_t> cameras_of_run(const std::string& summary) {
+  imu_T_camera(summary, 0);  // throws for a run without cameras
+  const std::size_t count = nlohmann::json::parse(summary).at("cameras").size();
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < count; ++i) numbers.push_back(recorded_camera(summary, i));
+  return numbers;
+}
+
+std::string name_of_image(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  return std::filesystem::relative(file, folder).generic_string();
+}
+
+ImageNames image_names(const Recording& recording, const std::vector<std::size_t>& cameras,
+                       const std::filesystem::path& folder) {
+  ImageNames names;
+  for (const std::size_t camera : cameras) {
+    const CameraImages images = camera_images(recording, camera);
+    auto& of_camera = names.emplace_back();
+    for (std::size_t i = 0; i < images.stamps.size(); ++i) {
+      of_camera.emplace(images.stamps[i], name_of_image(images.files[i], folder));
+    }
+  }
+  return names;
+}
+
+// The recording as the run has seen it: its cameras, and where they are.
+Recording as_in_run(Recording recording, const std::string& summary,
+                    const std::vector<std::size_t>& cameras) {
+  choose_cameras(recording, cameras);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    recording.cameras[i].cam_T_imu = imu_T_camera(summary, i).inverse();
+  }
+  return recording;
+}
+
+// The poses of a path some time later; none where it does not go on.
+class LaterPoses {
+ public:
+  LaterPoses(const Run& run, RunPath path, double seconds) : delay_(from_seconds(seconds)) {
+    if (delay_ == Time::zero()) return;
+    for (const SmoothedPose& s : path_poses(run, path)) {
+      path_.push_back({.time = s.time, .pose = s.world_T_imu});
+    }
+  }
+  std::optional<SE3> after(const SmoothedPose& pose) const {
+    if (delay_ == Time::zero()) return pose.world_T_imu;
+    return pose_at(path_, pose.time + delay_);
+  }
+
+ private:
+  Time delay_;
+  Trajectory path_;
+};
+
+// A frame with tracks and a pose.
+struct PosedFrame {
+  PosedTracks tracks;
+  Matrix6d pose_covariance = Matrix6d::Zero();
+};
+
+std::vector<PosedFrame> posed_frames(const ReportRun& run, RunPath path,
+                                     const std::vector<TrackedImages>& tracked,
+                                     const Camera& first) {
+  std::vector<Time> stamps;
+  for (const TrackedImages& images : tracked) stamps.push_back(images.time);
+  const auto poses = poses_at_frames(run, path, stamps);
+  const LaterPoses middle(run.run, path, first.shutter.readout / 2);
+  std::vector<PosedFrame> frames;
+  for (std::size_t i = 0; i < tracked.size(); ++i) {
+    const auto pose = poses[i] ? middle.after(*poses[i]) : std::nullopt;
+    if (!pose) continue;
+    frames.push_back({.tracks = {.images = &tracked[i], .world_T_imu = *pose},
+                      .pose_covariance = poses[i]->pose_covariance});
+  }
+  return frames;
+}
+
+std::vector<std::size_t> keyframes_of(const std::vector<PosedFrame>& frames,
+                                      const ColmapSettings& settings) {
+  std::vector<double> sharp;
+  for (const PosedFrame& frame : frames) sharp.push_back(frame.tracks.images->sharpness);
+  sharp = relative_sharpness(sharp);
+  std::vector<KeyframeCandidate> candidates;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const PosedTracks& tracks = frames[i].tracks;
+    KeyframeCandidate& candidate = candidates.emplace_back(
+        KeyframeCandidate{.world_T_imu = tracks.world_T_imu, .sharpness = sharp[i]});
+    for (const TrackedPixel& p : tracks.images->pixels) candidate.tracks.push_back(p.track);
+    std::ranges::sort(candidate.tracks);
+    const auto twice = std::ranges::unique(candidate.tracks);
+    candidate.tracks.erase(twice.begin(), twice.end());
+  }
+  return choose_keyframes(candidates, settings);
+}
+
+// The frame with its images; those of a camera that has none are missing.
+ColmapFrame empty_frame(const PosedFrame& frame, const ImageNames& names) {
+  ColmapFrame empty{.world_T_imu = frame.tracks.world_T_imu,
+                    .pose_covariance = frame.pose_covariance};
+  for (std::size_t camera = 0; camera < names.size(); ++camera) {
+    const auto name = names[camera].find(frame.tracks.images->time);
+    if (name != names[camera].end()) {
+      empty.images.push_back({.camera = camera, .name = name->second});
+    }
+  }
+  return empty;
+}
+
+void add_points(SparsePoints points, ColmapModel& model) {
+  model.points = std::move(points.points);
+  for (const SparsePoints::Observation& o : points.observations) {
+    auto& images = model.frames[o.keyframe].images;
+    std::ranges::find(images, o.camera, &ColmapImage::camera)
+        ->observations.push_back({.pixel = o.pixel, .point = o.point});
+  }
+}
+
+std::string remark_of(const SparsePoints& points, std::size_t keyframes, std::size_t frames) {
+  double errors = 0;
+  for (const ColmapPoint& point : points.points) errors += point.error;
+  return fmt::format(
+      "{} keyframes of {} frames with a pose; {} points with {} observations, mean reprojection "
+      "error {:.2f} px. Tracks that are no point: {} with fewer than min_observations, {} with "
+      "less than min_parallax or not in front of the cameras, {} with more than max_error",
+      keyframes, frames, points.points.size(), points.observations.size(),
+      errors / static_cast<double>(std::max<std::size_t>(points.points.size(), 1)),
+      points.too_short, points.too_uncertain, points.too_wrong);
+}
+
+}  // namespace
+
+RunColmap run_colmap(const ReportRun& run, RunPath path, Recording recording,
+                     const std::filesystem::path& folder, const ColmapSettings& settings) {
+  const std::vector<std::size_t> numbers = cameras_of_run(run.summary);
+  const ImageNames names = image_names(recording, numbers, folder);
+  const FrontendSettings frontend = frontend_settings_of(run.summary);
+  recording = as_in_run(std::move(recording), run.summary, numbers);
+  const std::vector<TrackedImages> tracked = track_again(recording, run.run, frontend);
+  const auto frames = posed_frames(run, path, tracked, recording.cameras.front());
+  RunColmap result{.model = {.cameras = recording.cameras, .is_level = is_level(run.run)}};
+  std::vector<PosedTracks> keyframes;
+  for (const std::size_t i : keyframes_of(frames, settings)) {
+    keyframes.push_back(frames[i].tracks);
+    result.model.frames.push_back(empty_frame(frames[i], names));
+  }
+  SparsePoints points = sparse_points(keyframes, recording.cameras, settings);
+  const std::string remark = remark_of(points, keyframes.size(), frames.size());
+  if (points.points.empty()) {
+    throw InputError(fmt::format("run '{}': no track is a point: {}", run.run.name, remark));
+  }
+  result.remarks.push_back(remark);
+  add_points(std::move(points), result.model);
+  return result;
+}
+
+}  // namespace chasles
