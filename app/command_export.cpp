@@ -117,6 +117,11 @@ Action declare_export(CLI::App& parser) {
                   "The recording of the run, for formats with a row or an image of each frame")
       ->check(require_path)
       ->type_name("RECORDING");
+  parser
+      .add_option("--body", o->choice.body,
+                  "For mavlink: the vehicle's forward, right and down as axes of the IMU (default "
+                  "x,-y,-z: forward, left and up)")
+      ->type_name("AXES");
   parser.add_option("--set", o->sets, "A setting of colmap: key=value; may be repeated")
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");

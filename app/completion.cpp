@@ -17,7 +17,7 @@ constexpr std::string_view kPaths[] = {"DIR",  "ESTIMATE",  "FILE", "FILE.html",
                                        "MAPS", "RECORDING", "RUN",  "TRUTH",     "RUN|STUDY"};
 constexpr std::string_view kTypes[] = {"ADDRESS", "DEG",  "I/N",     "K",    "M",
                                        "N",       "PART", "PERCENT", "PORT", "S",
-                                       "W",       "X",    "SHARE",   "MB",   "REASON"};
+                                       "W",       "X",    "SHARE",   "MB",   "REASON", "AXES"};
 
 bool is_in(std::string_view word, const auto& words) {
   return std::ranges::find(words, word) != std::ranges::end(words);

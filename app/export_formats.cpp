@@ -9,6 +9,7 @@
 #include <chasles/reconstruct/run_colmap.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/viewers/kml.hpp>
+#include <chasles/viewers/mavlink.hpp>
 #include <chasles/viewers/mps.hpp>
 #include <chasles/viewers/nerfstudio.hpp>
 #include <chasles/viewers/path_files.hpp>
@@ -118,6 +119,10 @@ const std::vector<ExportFormat>& export_formats() {
        }},
       {"tum", ".tum", "poses, for evo", false,
        [](const ReportRun& r, const ExportChoice& c) { return one_file(run_tum(r.run, c.path)); }},
+      {"mavlink", ".tlog", "messages ODOMETRY of MAVLink, for pymavlink and autopilots", false,
+       [](const ReportRun& r, const ExportChoice& c) {
+         return one_file(mavlink_log(frd_odometry(r, c.path, frd_R_imu(c.body))));
+       }},
       {"kitti", "", "folder with poses.txt and times.txt of camera 0", true, &kitti_files},
       {"euroc", "", "table like EuRoC's state_groundtruth_estimate0", false,
        [](const ReportRun& r, const ExportChoice& c) {

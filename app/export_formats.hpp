@@ -18,6 +18,7 @@ struct ExportChoice {
   std::filesystem::path output;     ///< of -o
   std::filesystem::path recording;  ///< of the run, for its frames; empty: not given
   ColmapSettings colmap = {};
+  std::string body = "x,-y,-z";  ///< the vehicle's axes (frd_R_imu)
 };
 
 /// A file of a format that has a folder of them; of others the only one, without a name.

@@ -57,9 +57,9 @@ TEST(Export, WhatCannotBeDoneIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run.kml"));
   outcome = chasles(folder, "export out -o run.bag");
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(
-      outcome.err.find("expected .mcap, .ply, .kml, .square, .tum, or --as with one of kitti,"),
-      std::string::npos)
+  EXPECT_NE(outcome.err.find(
+                "expected .mcap, .ply, .kml, .square, .tum, .tlog, or --as with one of kitti,"),
+            std::string::npos)
       << outcome.err;
   EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
 }
@@ -89,14 +89,18 @@ TEST(Export, TheFormatIsChosenByItsNameToo) {
 TEST(Export, WhatAFormatLacksIsSaid) {
   const Scratch folder;
   simulate_and_run(folder);
-  expect_error(
-      chasles(folder, "export out --as tumm -o a"), 1,
-      "--as: found 'tumm', expected mcap|ply|kml|square|tum|kitti|euroc|mps|nerfstudio|colmap|"
-      "colmap-text|umi");
+  expect_error(chasles(folder, "export out --as tumm -o a"), 1,
+               "--as: found 'tumm', expected "
+               "mcap|ply|kml|square|tum|mavlink|kitti|euroc|mps|nerfstudio|colmap|"
+               "colmap-text|umi");
   expect_error(chasles(folder, "export out --as tum -o a -o b"), 1, "found 2 outputs");
   expect_error(chasles(folder, "export out --as umi -o a"), 1, "expected --recording");
   expect_error(chasles(folder, "export out --as umi -o a --recording none"), 2, "none");
   expect_error(chasles(folder, "export out --as mps -o a"), 2, "does not know gravity");
+  expect_error(chasles(folder, "export out --as mavlink -o a"), 2,
+               "does not know which way is down, expected a run with an IMU");
+  expect_error(chasles(folder, "export out --as mavlink -o a --body x,y,-z"), 1,
+               "--body: found 'x,y,-z', expected");
   expect_error(chasles(folder, "export out --as nerfstudio -o a --recording rec"), 2,
                "has no images, expected one with the images of camera 0 as files");
   expect_error(chasles(folder, "export out --as colmap -o a"), 1,

@@ -53,6 +53,9 @@ def test_pycolmap_has_our_reprojection_errors_and_poses(pair, name):
     smoothed = columns_of(pair.run / "smoothed.csv")
     world_T_imu = matrices(numbers(smoothed, "x", "y", "z"), numbers(smoothed, "qx", "qy", "qz", "qw"))
     time_ns = np.array([int(t) for t in smoothed["time_ns"]])
+    for number, camera in model.cameras.items():
+        fx, fy, cx, cy = pair.summary["cameras"][number - 1]["intrinsics"]
+        assert camera.params.tolist() == [fx, fy, cx + 0.5, cy + 0.5]
     imu_T_cam = [np.array(camera["imu_T_cam"]) for camera in pair.summary["cameras"]]
     for image in model.images.values():
         stem = image.name.rsplit("/", 1)[1].split(".")[0]

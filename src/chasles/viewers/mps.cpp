@@ -15,6 +15,7 @@
 #include <chasles/codec/numbers.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/viewers/mps.hpp>
+#include <chasles/viewers/path_motion.hpp>
 
 namespace chasles {
 namespace {
@@ -47,22 +48,6 @@ double quality_of(const std::string& health) {
   return health == "degraded" ? 0.5 : 0;
 }
 
-// The motion of the IMU in its own axes.
-struct DeviceMotion {
-  Vector3 velocity, angular_rate;
-};
-
-// From the pose before to the one after; at the ends of the path from or to the pose itself.
-DeviceMotion motion_at(const std::vector<SmoothedPose>& poses, std::size_t i) {
-  const SmoothedPose& before = poses[i == 0 ? 0 : i - 1];
-  const SmoothedPose& after = poses[std::min(i + 1, poses.size() - 1)];
-  const double seconds = to_seconds(after.time - before.time);
-  const Eigen::Matrix3d& R = poses[i].world_T_imu.R;
-  return {
-      .velocity = R.transpose() * (after.world_T_imu.p - before.world_T_imu.p) / seconds,
-      .angular_rate = so3::log(before.world_T_imu.R.transpose() * after.world_T_imu.R) / seconds};
-}
-
 std::string trajectory_text(const ReportRun& run, RunPath path, const std::string& uid) {
   const std::vector<SmoothedPose> poses = path_poses(run.run, path);
   if (poses.size() < 2) {
@@ -84,7 +69,7 @@ std::string trajectory_text(const ReportRun& run, RunPath path, const std::strin
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const SE3& world_T_device = poses[i].world_T_imu;
     const auto state = states.find(poses[i].time);
-    DeviceMotion motion = motion_at(poses, i);
+    PathMotion motion = motion_at(poses, i);
     if (path == RunPath::kStates && velocity) {
       const auto& extra = state->second->extra;
       motion.velocity = world_T_device.R.transpose() *
