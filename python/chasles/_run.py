@@ -87,6 +87,27 @@ class Run(Page):
         """The path given all measurements: `time`, `position`, `quaternion`, `pose_covariance`; empty where unknown."""
         return self._own("smoothed")
 
+    def states_at(self, times: Any, *, smoothed: bool = False, longest_gap: float = 0.2) -> dict[str, Any]:
+        """The states at these times, in any order: (M,) ints [ns] or floats [s]. The columns are those of `states` without
+        the figures of frames, or with smoothed=True those of `smoothed`, and `known` (M,) of bool.
+
+        At the time of a state it is that state. Between two that are at most longest_gap [s] apart, positions and other
+        states are interpolated linearly, and rotations on the geodesic. Covariances and squares of sigmas are
+        interpolated linearly, too, which is an upper bound for the error of the neighbours, whatever its correlation, and
+        does not have that of the interpolation. Elsewhere (outside the path, in gaps, where the run was lost) `known` is
+        False, and the row is the nearest state. Raises UsageError for a run without that path."""
+        path = "smoothed" if smoothed else "states"
+        if not 0 < longest_gap <= 3600:
+            raise _core.UsageError(f"longest_gap: found {longest_gap} s, expected above 0 and at most 3600")
+        if not len(self._columns[path]["time"]):
+            raise _core.UsageError(f"states_at: the run '{self.name}' has no {path}"
+                                   + (", expected one of a filter with exact_map" if smoothed else ""))
+        rows = Columns(self._core._states_at(numpy.asarray(times), smoothed, longest_gap))
+        for name in ("nis", "nis_dof", "observations", "used", "rejected", "added", "in_state", "landmarks"):
+            rows.pop(name, None)
+        rows.chart, rows.level = self._summary.get("chart", "standard"), self._core._level
+        return rows
+
     @property
     def in_map(self) -> dict[str, Any]:
         """The poses in the frame of the map that was given, from the frame on in which the run found its place."""

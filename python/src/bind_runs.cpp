@@ -11,6 +11,7 @@
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/run_folder/at_times.hpp>
 #include <chasles/run_folder/run.hpp>
 #include <chasles/session/map_output.hpp>
 #include <chasles/session/output_folder.hpp>
@@ -149,10 +150,10 @@ Rows covariance_columns(const std::vector<Matrix6d>& covariances) {
   return rows;
 }
 
-py::dict states(const PythonRun& r) {
-  const std::vector<RunState>& list = r.run.states;
+// The columns of states, whose other states have these names.
+py::dict states(const std::vector<RunState>& list, const std::vector<std::string>& names) {
   const auto n = static_cast<Index>(list.size());
-  const auto extras = static_cast<Index>(r.run.extra_names.size());
+  const auto extras = static_cast<Index>(names.size());
   Trajectory path;
   std::vector<Matrix6d> covariances;
   Rows extra(n, extras), sigma(n, extras), nis(n, 1);
@@ -174,7 +175,7 @@ py::dict states(const PythonRun& r) {
   py::dict result = columns(path);
   result["pose_covariance"] = cubes(covariance_columns(covariances), 6);
   for (Index k = 0; k < extras; ++k) {
-    const std::string& name = r.run.extra_names[static_cast<std::size_t>(k)];
+    const std::string& name = names[static_cast<std::size_t>(k)];
     result[py::str(name)] = Eigen::VectorXd(extra.col(k));
     result[py::str("sigma_" + name)] = Eigen::VectorXd(sigma.col(k));
   }
@@ -197,6 +198,35 @@ py::dict poses(const std::vector<SmoothedPose>& list) {
   }
   py::dict result = columns(path);
   result["pose_covariance"] = cubes(covariance_columns(covariances), 6);
+  return result;
+}
+
+template <typename Row>
+py::array known_of(const std::vector<RowAt<Row>>& at, std::vector<Row>& rows) {
+  py::array_t<bool> known(static_cast<py::ssize_t>(at.size()));
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    rows.push_back(at[i].row);
+    known.mutable_at(static_cast<py::ssize_t>(i)) = at[i].known;
+  }
+  return known;
+}
+
+// Of the smoothed path: its poses.
+py::dict states_at(const PythonRun& r, const py::array& times, bool smoothed, double longest_gap) {
+  const std::vector<Time> asked = times_of(times);
+  const Time gap = from_seconds(longest_gap);
+  py::dict result;
+  if (smoothed) {
+    std::vector<SmoothedPose> rows;
+    const py::array known = known_of(chasles::smoothed_at(r.run, asked, gap), rows);
+    result = poses(rows);
+    result["known"] = known;
+  } else {
+    std::vector<RunState> rows;
+    const py::array known = known_of(chasles::states_at(r.run, asked, gap), rows);
+    result = states(rows, r.run.extra_names);
+    result["known"] = known;
+  }
   return result;
 }
 
@@ -232,7 +262,9 @@ void bind_runs(py::module_& m) {
                                    r.frame_times.data(), static_cast<Index>(r.frame_times.size())));
                              })
       .def_property_readonly("_level", [](const PythonRun& r) { return is_level(r.run); })
-      .def_property_readonly("states", &states)
+      .def_property_readonly(
+          "states", [](const PythonRun& r) { return states(r.run.states, r.run.extra_names); })
+      .def("_states_at", &states_at)
       .def_property_readonly("smoothed", [](const PythonRun& r) { return poses(r.run.smoothed); })
       .def_property_readonly("in_map", [](const PythonRun& r) { return poses(r.run.in_map); })
       .def_property_readonly("landmarks",

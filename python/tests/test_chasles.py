@@ -36,6 +36,45 @@ def walk_run(walk):
     return chasles.run(walk)
 
 
+def test_states_at_given_times_are_between_those_of_the_run(walk_run):
+    states = walk_run.states
+    same = walk_run.states_at(states["time"])
+    assert same["known"].all()
+    for name in ("position", "quaternion", "pose_covariance", "velocity_x", "sigma_velocity_x"):
+        assert numpy.array_equal(same[name], states[name]), name
+    assert "nis" not in same and set(same["health"]) <= {"ok", "degraded"}
+    # A third of the way to the next state; times in seconds, and in any order.
+    third = states["time"][:-1] + (states["time"][1:] - states["time"][:-1]) // 3
+    rows = walk_run.states_at(third[::-1])
+    assert rows["known"].all() and numpy.array_equal(rows["time"], third[::-1])
+    expected = states["position"][:-1] + (states["position"][1:] - states["position"][:-1]) / 3
+    assert numpy.allclose(rows["position"][::-1], expected, atol=1e-6)
+    assert numpy.allclose(numpy.linalg.norm(rows["quaternion"], axis=1), 1, atol=1e-12)
+    between = states["pose_covariance"][:-1] * 2 / 3 + states["pose_covariance"][1:] / 3
+    assert numpy.allclose(rows["pose_covariance"][::-1], between, atol=1e-9)
+    seconds = walk_run.states_at([states["time"][3] * 1e-9])
+    assert numpy.allclose(seconds["position"][0], states["position"][3], atol=1e-4)
+    # Outside of the path and in gaps: the nearest state, and no number that is not finite.
+    outside = walk_run.states_at([states["time"][0] - 10**9, states["time"][-1] + 1])
+    assert outside["known"].tolist() == [False, False]
+    assert numpy.array_equal(outside["position"], states["position"][[0, -1]])
+    assert all(numpy.isfinite(column).all() for name, column in outside.items() if name != "health")
+    assert not walk_run.states_at(third, longest_gap=1e-3)["known"].any()
+    smoothed = walk_run.states_at(walk_run.smoothed["time"], smoothed=True)
+    assert numpy.array_equal(smoothed["position"], walk_run.smoothed["position"])
+    assert set(smoothed) == {"time", "position", "quaternion", "pose_covariance", "known"}
+
+
+def test_states_at_says_what_it_expects(walk, walk_run):
+    with pytest.raises(chasles.UsageError, match="longest_gap: found 0 s, expected above 0"):
+        walk_run.states_at([1], longest_gap=0)
+    with pytest.raises(ValueError, match="times"):
+        walk_run.states_at([[1, 2]])
+    window = chasles.run(walk, estimator="window:5")
+    with pytest.raises(chasles.UsageError, match="has no smoothed, expected one of a filter with exact_map"):
+        window.states_at([1], smoothed=True)
+
+
 def test_a_recording_is_arrays(walk):
     imu = walk.imu
     assert imu["time"].dtype == numpy.int64 and (numpy.diff(imu["time"]) > 0).all()
