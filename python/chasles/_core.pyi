@@ -400,7 +400,6 @@ class Run:
     @property
     def states(self) -> dict[str, Any]:
         """(arg0: chasles._core.Run) -> dict"""
-    def _states_at(self, times: ArrayLike, smoothed: bool, longest_gap: float) -> dict[str, Any]: ...
     @property
     def smoothed(self) -> dict[str, NDArray[Any]]:
         """(arg0: chasles._core.Run) -> dict"""
@@ -413,6 +412,7 @@ class Run:
     @property
     def truth(self) -> dict[str, NDArray[Any]]:
         """(arg0: chasles._core.Run) -> dict"""
+    def _states_at(self, times: ArrayLike, smoothed: bool, longest_gap: float) -> dict[str, Any]: ...
     @property
     def _summary(self) -> str: ...
     @property
