@@ -14,6 +14,7 @@
 #include <chasles/viewers/square.hpp>
 
 #include "export_formats.hpp"
+#include "export_times.hpp"
 #include "options.hpp"
 #include "print.hpp"
 #include "subcommands.hpp"
@@ -28,6 +29,7 @@ struct ExportOptions {
   std::filesystem::path truth;
   ExportChoice choice;
   std::vector<std::string> sets;  ///< of --set
+  ExportTimes times;
   bool smoothed = false, quiet = false;
 };
 
@@ -62,6 +64,25 @@ void write(const std::filesystem::path& folder, const std::vector<ExportedFile>&
   for (const ExportedFile& file : files) print_size(folder / file.name, file.bytes, quiet);
 }
 
+void print_remarks(const std::vector<std::string>& remarks, bool quiet) {
+  if (quiet) return;
+  for (const std::string& remark : remarks) app::print("- {}\n", remark);
+}
+
+// Leaves the states at the times that are asked for; returns sentences on them.
+std::vector<std::string> take_times(const ExportOptions& o, ReportRun& run) {
+  if (!o.times.is_asked()) return {};
+  for (const std::filesystem::path& output : o.outputs) {
+    const ExportFormat& format = export_format(o.format, output);
+    if (format.has_path) continue;
+    throw UsageError(
+        fmt::format("--times and --rate are for formats of a path, found {}, expected "
+                    "one of {}",
+                    format.name, names_of_paths()));
+  }
+  return {states_at_times(o.times, o.choice, run)};
+}
+
 int export_run(ExportOptions o) {
   if (o.smoothed) o.choice.path = RunPath::kSmoothed;
   for (const std::string& assignment : o.sets) set(list_of(o.choice.colmap), assignment);
@@ -70,9 +91,10 @@ int export_run(ExportOptions o) {
         fmt::format("--as {}: found {} outputs, expected one -o", o.format, o.outputs.size()));
   }
   for (const std::filesystem::path& output : o.outputs) export_format(o.format, output);
-  const ReportRun run{.run = read_run(o.folder),
-                      .summary = json_text(read_summary(o.folder)),
-                      .label = folder_name(o.folder)};
+  ReportRun run{.run = read_run(o.folder),
+                .summary = json_text(read_summary(o.folder)),
+                .label = folder_name(o.folder)};
+  print_remarks(take_times(o, run), o.quiet);
   if (!o.truth.empty()) write(o.truth, truth_of(run, o), o.quiet);
   for (const std::filesystem::path& output : o.outputs) {
     const ExportFormat& format = export_format(o.format, output);
@@ -83,9 +105,7 @@ int export_run(ExportOptions o) {
     } else {
       write(output, exported.files.front().bytes, o.quiet);
     }
-    for (const std::string& remark : exported.remarks) {
-      if (!o.quiet) app::print("- {}\n", remark);
-    }
+    print_remarks(exported.remarks, o.quiet);
   }
   return 0;
 }
@@ -125,6 +145,17 @@ Action declare_export(CLI::App& parser) {
   parser.add_option("--set", o->sets, "A setting of colmap: key=value; may be repeated")
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");
+  parser
+      .add_option("--times", o->times.file,
+                  "The states at the times in this file, first column, interpolated")
+      ->check(require_path)
+      ->type_name("FILE");
+  parser
+      .add_option(
+          "--rate", o->times.rate,
+          "The states at this rate [Hz], interpolated; or imu: at each sample of the IMU in "
+          "--recording, predicted by it from the state before")
+      ->type_name("imu|N");
   parser.add_flag("--smoothed", o->smoothed,
                   "The smoothed path, in formats of one path and in --truth");
   parser

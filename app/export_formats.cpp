@@ -103,40 +103,42 @@ std::vector<std::string> names_where(bool has_ending) {
 
 const std::vector<ExportFormat>& export_formats() {
   static const std::vector<ExportFormat> formats{
-      {"mcap", ".mcap", "for Foxglove and Rerun", false,
+      {"mcap", ".mcap", "for Foxglove and Rerun", false, false,
        [](const ReportRun& r, const ExportChoice&) {
          return one_file(run_mcap(r, CHASLES_VERSION));
        }},
-      {"ply", ".ply", "map and trajectories, for CloudCompare, MeshLab, Blender", false,
+      {"ply", ".ply", "map and trajectories, for CloudCompare, MeshLab, Blender", false, false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_ply(r.run, c.points ? PlyEdges::kNo : PlyEdges::kYes));
        }},
-      {"kml", ".kml", "trajectories on the Earth, for a georeferenced recording", false,
+      {"kml", ".kml", "trajectories on the Earth, for a georeferenced recording", false, false,
        [](const ReportRun& r, const ExportChoice&) { return one_file(run_kml(r.run)); }},
-      {"square", ".square", "poses with covariances, for smfeval", false,
+      {"square", ".square", "poses with covariances, for smfeval", true, false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_square(r.run, c.path, CHASLES_VERSION));
        }},
-      {"tum", ".tum", "poses, for evo", false,
+      {"tum", ".tum", "poses, for evo", true, false,
        [](const ReportRun& r, const ExportChoice& c) { return one_file(run_tum(r.run, c.path)); }},
-      {"mavlink", ".tlog", "messages ODOMETRY of MAVLink, for pymavlink and autopilots", false,
+      {"mavlink", ".tlog", "messages ODOMETRY of MAVLink, for pymavlink and autopilots", true,
+       false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(mavlink_log(frd_odometry(r, c.path, frd_R_imu(c.body))));
        }},
-      {"kitti", "", "folder with poses.txt and times.txt of camera 0", true, &kitti_files},
-      {"euroc", "", "table like EuRoC's state_groundtruth_estimate0", false,
+      {"kitti", "", "folder with poses.txt and times.txt of camera 0", true, true, &kitti_files},
+      {"euroc", "", "table like EuRoC's state_groundtruth_estimate0", true, false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_euroc(r.run, c.path));
        }},
-      {"mps", "", "folder with trajectory and points for projectaria-tools", true, &mps_files},
-      {"nerfstudio", "", "folder with transforms.json and points for nerfstudio", true,
+      {"mps", "", "folder with trajectory and points for projectaria-tools", true, true,
+       &mps_files},
+      {"nerfstudio", "", "folder with transforms.json and points for nerfstudio", false, true,
        &nerfstudio_files},
-      {"colmap", "", "folder with a model and a database for COLMAP", true,
+      {"colmap", "", "folder with a model and a database for COLMAP", false, true,
        [](const ReportRun& r, const ExportChoice& c) {
          return colmap_files("colmap", &colmap_binary, r, c);
        }},
-      {"colmap-text", "", "the same as text", true, &colmap_text_files},
-      {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false,
+      {"colmap-text", "", "the same as text", false, true, &colmap_text_files},
+      {"umi", "", "camera_trajectory.csv of UMI's SLAM pipeline", false, false,
        [](const ReportRun& r, const ExportChoice& c) {
          return one_file(run_umi(r, c.path, stamps_of_camera(recording_for("umi", c), r.summary)));
        }},
@@ -163,6 +165,14 @@ std::string export_names() {
   std::vector<std::string_view> names;
   for (const ExportFormat& format : export_formats()) names.push_back(format.name);
   return fmt::format("{}", fmt::join(names, "|"));
+}
+
+std::string names_of_paths() {
+  std::vector<std::string_view> names;
+  for (const ExportFormat& format : export_formats()) {
+    if (format.has_path) names.push_back(format.name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 std::string export_endings_help() {

@@ -38,6 +38,7 @@ struct ExportFormat {
   std::string_view name;    ///< of --as
   std::string_view ending;  ///< of the file of -o, which chooses it without --as; empty: none does
   std::string_view use;     ///< one line for the help
+  bool has_path;            ///< of the states alone, which may be at other times
   bool is_folder;           ///< -o is a folder; the first file marks a complete set
   Exported (*make)(const ReportRun& run, const ExportChoice& choice);
 };
@@ -50,6 +51,8 @@ const ExportFormat& export_format(std::string_view name, const std::filesystem::
 
 /// "mcap|ply|...".
 std::string export_names();
+/// "square, tum, ...": those with has_path.
+std::string names_of_paths();
 /// For the help: one sentence on each ending, or on each other name.
 std::string export_endings_help();
 std::string export_names_help();

@@ -57,7 +57,7 @@ const Arrows kArrows = {
     {"foxglove", {"live", "viewers"}},
     // A run with its folder, without a command line.
     {"session", {"pipeline", "live"}},
-    // Models for photogrammetry, from a run and the images of its recording.
+    // What a run gives with its recording: models for photogrammetry, its path at the IMU's rate.
     {"reconstruct", {"session", "viewers"}},
     // What a robot's middleware needs, without its messages.
     {"robot", {"session"}},

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <sstream>
+#include <tuple>
 
 #include <nlohmann/json.hpp>
 
@@ -163,6 +164,69 @@ TEST(Export, AModelForColmapHasTheTracksOfKeyframes) {
   spill(folder / "out/summary.json", summary);
   expect_error(chasles(folder, "export out --as colmap -o none --recording rec"), 2,
                "summary.json: settings: frontend.window: found '99'");
+}
+
+TEST(Export, AStateMayBeAskedForAtOtherTimes) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o out --quiet").code, 0);
+  const auto run = read_run(folder / "out");
+  const Time first = run.states.front().time, last = run.states.back().time;
+  const auto exported = [&](const std::string& more) {
+    const Outcome outcome = chasles(folder, "export out -o path.tum" + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  // In the middle between two states, and outside of the path.
+  const auto middle = [](const RunState& a, const RunState& b) {
+    return a.time + (b.time - a.time) / 2;
+  };
+  const Time time = middle(run.states[3], run.states[4]);
+  spill(folder / "times.csv", "time,x\n# comment\n" + std::to_string(time.count()) + ",7\n" +
+                                  std::to_string((last + std::chrono::seconds(1)).count()) + "\n");
+  EXPECT_NE(exported(" --times times.csv").find("- states at 1 of 2 times, interpolated"),
+            std::string::npos);
+  double seconds = 0, x = 0;
+  std::string head;
+  std::istringstream tum(slurp(folder / "path.tum"));
+  ASSERT_TRUE(std::getline(tum, head) && head.starts_with('#'));
+  tum >> seconds >> x;
+  EXPECT_NEAR(seconds, to_seconds(time), 1e-9);
+  EXPECT_NEAR(x, (run.states[3].world_T_imu.p.x() + run.states[4].world_T_imu.p.x()) / 2, 1e-9);
+  const auto lines = [&] {
+    const std::string text = slurp(folder / "path.tum");
+    return std::ranges::count(text, '\n') - 1;
+  };
+  exported(" --rate 50");
+  EXPECT_EQ(lines(), static_cast<long>(to_seconds(last - first) * 50 + 1e-6) + 1);
+  exported(" --rate 50 --smoothed");
+  EXPECT_EQ(lines(), static_cast<long>(to_seconds(last - first) * 50 + 1e-6) + 1);
+  // At each sample of the IMU in between.
+  const std::string remark = exported(" --rate imu --recording rec");
+  EXPECT_NE(remark.find("samples of the IMU, predicted from the state before; at 0 there is none"),
+            std::string::npos)
+      << remark;
+  EXPECT_GT(lines(), 3 * static_cast<long>(run.states.size()));
+  for (const auto& [more, code, message] :
+       {std::tuple(" -o a.tum --rate imu", 1, "--rate imu: expected --recording"),
+        std::tuple(" -o a.tum --rate imu --smoothed --recording rec", 1,
+                   "no velocities and biases"),
+        std::tuple(" -o a.tum --rate 0", 1, "--rate: found '0', expected imu, or a number of Hz"),
+        std::tuple(" -o a.tum --rate 10Hz", 1, "--rate: found '10Hz'"),
+        std::tuple(" -o a.tum --rate 5 --times times.csv", 1, "found both"),
+        std::tuple(" -o a.ply --rate 5", 1,
+                   "for formats of a path, found ply, expected one of square"),
+        std::tuple(" -o a.tum --times none.csv", 2, "none.csv")}) {
+    expect_error(chasles(folder, std::string("export out") + more), code, message);
+  }
+  spill(folder / "times.csv", "2\n1\n");
+  expect_error(chasles(folder, "export out -o a.tum --times times.csv"), 2,
+               "times.csv: time 2 is not later than the one before");
+  spill(folder / "times.csv", "# nothing\n");
+  expect_error(chasles(folder, "export out -o a.tum --times times.csv"), 2, "has no times");
+  spill(folder / "times.csv", "1.5e9\n");
+  expect_error(chasles(folder, "export out -o a.tum --times times.csv"), 2,
+               "at none of the 1 times is a state known");
 }
 
 TEST(Export, PosesWithCovariancesAndTheirTruthAreOfOnePath) {

@@ -4,16 +4,15 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/reconstruct/keyframes.hpp>
+#include <chasles/reconstruct/recording_of_run.hpp>
 #include <chasles/reconstruct/run_colmap.hpp>
 #include <chasles/reconstruct/sharpness.hpp>
 #include <chasles/reconstruct/sparse_points.hpp>
 #include <chasles/reconstruct/track_again.hpp>
-#include <chasles/session/camera_choice.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
 #include <chasles/viewers/path_at_frames.hpp>
 #include <chasles/viewers/posed_images.hpp>
@@ -23,14 +22,6 @@ namespace {
 
 // The file of each image, by camera of the run and by time.
 using ImageNames = std::vector<std::map<Time, std::string>>;
-
-std::vector<std::size_t> cameras_of_run(const std::string& summary) {
-  imu_T_camera(summary, 0);  // throws for a run without cameras
-  const std::size_t count = nlohmann::json::parse(summary).at("cameras").size();
-  std::vector<std::size_t> numbers;
-  for (std::size_t i = 0; i < count; ++i) numbers.push_back(recorded_camera(summary, i));
-  return numbers;
-}
 
 std::string name_of_image(const std::filesystem::path& file, const std::filesystem::path& folder) {
   return std::filesystem::relative(file, folder).generic_string();
@@ -47,16 +38,6 @@ ImageNames image_names(const Recording& recording, const std::vector<std::size_t
     }
   }
   return names;
-}
-
-// The recording as the run has seen it: its cameras, and where they are.
-Recording as_in_run(Recording recording, const std::string& summary,
-                    const std::vector<std::size_t>& cameras) {
-  choose_cameras(recording, cameras);
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    recording.cameras[i].cam_T_imu = imu_T_camera(summary, i).inverse();
-  }
-  return recording;
 }
 
 // The poses of a path some time later; none where it does not go on.
@@ -159,9 +140,9 @@ RunColmap run_colmap(const ReportRun& run, RunPath path, Recording recording,
                      const std::filesystem::path& folder, const ColmapSettings& settings) {
   const std::vector<std::size_t> numbers = cameras_of_run(run.summary);
   const ImageNames names = image_names(recording, numbers, folder);
-  const FrontendSettings frontend = frontend_settings_of(run.summary);
-  recording = as_in_run(std::move(recording), run.summary, numbers);
-  const std::vector<TrackedImages> tracked = track_again(recording, run.run, frontend);
+  const InertialRunSettings run_settings = inertial_run_settings_of(run.summary);
+  recording = as_in_run(std::move(recording), run.summary, run_settings);
+  const std::vector<TrackedImages> tracked = track_again(recording, run.run, run_settings.frontend);
   const auto frames = posed_frames(run, path, tracked, recording.cameras.front());
   RunColmap result{.model = {.cameras = recording.cameras, .is_level = is_level(run.run)}};
   std::vector<PosedTracks> keyframes;

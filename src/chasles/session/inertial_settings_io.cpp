@@ -40,9 +40,9 @@ nlohmann::ordered_json settings_json(const InertialRunSettings& settings) {
   return to_json(all_of(copy));
 }
 
-FrontendSettings frontend_settings_of(std::string_view summary) {
-  FrontendSettings frontend;
-  const SettingList list = list_of(frontend, "frontend.");
+InertialRunSettings inertial_run_settings_of(std::string_view summary) {
+  InertialRunSettings settings;
+  const SettingList list = all_of(settings);
   const auto json = nlohmann::json::parse(summary, nullptr, false);
   const auto stated = json.is_object() ? json.value("settings", nlohmann::json::object())
                                        : nlohmann::json::object();
@@ -53,11 +53,11 @@ FrontendSettings frontend_settings_of(std::string_view summary) {
       set(list, "summary.json: settings", setting.name,
           found->is_string() ? found->get<std::string>() : found->dump());
     }
-    validate(frontend);
+    validate(settings);
   } catch (const UsageError& error) {
     throw InputError(error.what());
   }
-  return frontend;
+  return settings;
 }
 
 std::string inertial_run_settings_help() {

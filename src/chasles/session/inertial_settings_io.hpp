@@ -17,9 +17,9 @@ InertialRunSettings inertial_run_settings_from(const SettingSources& sources);
 /// All settings of a visual-inertial run by name.
 nlohmann::ordered_json settings_json(const InertialRunSettings& settings);
 
-/// The settings of the front end of a run, from its summary.json: those that it states, and else
-/// the defaults. Throws InputError for a value that the setting does not have.
-FrontendSettings frontend_settings_of(std::string_view summary);
+/// The settings of a run, from its summary.json: those that it states, and else the defaults. Not
+/// the estimator. Throws InputError for a value that the setting does not have.
+InertialRunSettings inertial_run_settings_of(std::string_view summary);
 
 /// Help text of the settings of initialisation, front end and batch estimation.
 std::string inertial_run_settings_help();
