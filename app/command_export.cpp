@@ -55,13 +55,20 @@ void write(const std::filesystem::path& file, const std::string& bytes, bool qui
 }
 
 // Replaces earlier files of these names as a whole. Others in the folder stay.
-void write(const std::filesystem::path& folder, const std::vector<ExportedFile>& files,
-           bool quiet) {
+void write(const std::filesystem::path& folder, const Exported& exported, bool quiet) {
   make_folder(folder);
-  FileSet set(folder, files.front().name);
-  for (const ExportedFile& file : files) set.add(file.name, file.bytes);
+  FileSet set(folder, exported.files.front().name);
+  for (const ExportedFile& file : exported.files) set.add(file.name, file.bytes);
+  if (exported.images) {
+    exported.images->write([&](const std::string& name, const std::string& bytes) {
+      make_folder((folder / name).parent_path());
+      set.add(name, bytes);
+    });
+  }
   set.commit();
-  for (const ExportedFile& file : files) print_size(folder / file.name, file.bytes, quiet);
+  for (const ExportedFile& file : exported.files) {
+    print_size(folder / file.name, file.bytes, quiet);
+  }
 }
 
 void print_remarks(const std::vector<std::string>& remarks, bool quiet) {
@@ -101,7 +108,7 @@ int export_run(ExportOptions o) {
     o.choice.output = output;
     const Exported exported = format.make(run, o.choice);
     if (format.is_folder) {
-      write(output, exported.files, o.quiet);
+      write(output, exported, o.quiet);
     } else {
       write(output, exported.files.front().bytes, o.quiet);
     }
@@ -142,6 +149,9 @@ Action declare_export(CLI::App& parser) {
                   "For mavlink: the vehicle's forward, right and down as axes of the IMU (default "
                   "x,-y,-z: forward, left and up)")
       ->type_name("AXES");
+  parser.add_flag("--undistort", o->choice.undistort,
+                  "With colmap and nerfstudio: write images without the distortion of their lenses "
+                  "into OUT/images, for a pinhole camera");
   parser.add_option("--set", o->sets, "A setting of colmap: key=value; may be repeated")
       ->allow_extra_args(false)
       ->type_name("KEY=VALUE");

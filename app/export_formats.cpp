@@ -57,10 +57,16 @@ std::vector<Time> stamps_of_camera(const Recording& recording, std::string_view 
 
 Exported nerfstudio_files(const ReportRun& run, const ExportChoice& choice) {
   const Recording recording = recording_for("nerfstudio", choice);
-  NerfstudioFiles nerfstudio =
-      run_nerfstudio(run.run, posed_images(run, choice.path, recording), choice.output);
-  return {.files = {{"transforms.json", std::move(nerfstudio.transforms)},
-                    {"sparse_pc.ply", std::move(nerfstudio.points)}}};
+  const auto exported = [&](const PosedImages& posed) -> Exported {
+    NerfstudioFiles nerfstudio = run_nerfstudio(run.run, posed, choice.output);
+    return {.files = {{"transforms.json", std::move(nerfstudio.transforms)},
+                      {"sparse_pc.ply", std::move(nerfstudio.points)}}};
+  };
+  if (!choice.undistort) return exported(posed_images(run, choice.path, recording));
+  PosedUndistorted undistorted = posed_undistorted(run, choice.path, recording, choice.output);
+  Exported result = exported(undistorted.posed);
+  result.images = std::move(undistorted.images);
+  return result;
 }
 
 // The folder from which the names of a recording's files are relative.
@@ -70,9 +76,11 @@ std::filesystem::path folder_of(const std::filesystem::path& recording) {
 
 Exported colmap_files(const char* format, ColmapFiles (*write)(const ColmapModel&),
                       const ReportRun& run, const ExportChoice& choice) {
-  RunColmap colmap = run_colmap(run, choice.path, recording_for(format, choice),
-                                folder_of(choice.recording), choice.colmap);
-  Exported exported{.files = {}, .remarks = std::move(colmap.remarks)};
+  RunColmap colmap = run_colmap(
+      run, choice.path, recording_for(format, choice),
+      {.folder = folder_of(choice.recording), .undistort = choice.undistort}, choice.colmap);
+  Exported exported{
+      .files = {}, .remarks = std::move(colmap.remarks), .images = std::move(colmap.images)};
   for (auto& [name, bytes] : write(colmap.model)) {
     exported.files.push_back({.name = name, .bytes = std::move(bytes)});
   }

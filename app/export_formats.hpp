@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <chasles/reconstruct/colmap_settings.hpp>
+#include <chasles/reconstruct/undistorted_images.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/viewers/run_path.hpp>
 
@@ -18,6 +20,7 @@ struct ExportChoice {
   std::filesystem::path output;     ///< of -o
   std::filesystem::path recording;  ///< of the run, for its frames; empty: not given
   ColmapSettings colmap = {};
+  bool undistort = false;        ///< images of pinhole cameras
   std::string body = "x,-y,-z";  ///< the vehicle's axes (frd_R_imu)
 };
 
@@ -27,10 +30,11 @@ struct ExportedFile {
   std::string bytes;
 };
 
-/// The files of an export, and sentences for the user.
+/// The files of an export, sentences for the user, and images that are made while they are written.
 struct Exported {
   std::vector<ExportedFile> files;
   std::vector<std::string> remarks = {};
+  std::optional<UndistortedImages> images = {};
 };
 
 /// A format of `chasles export`.

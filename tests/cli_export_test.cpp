@@ -106,8 +106,10 @@ TEST(Export, WhatAFormatLacksIsSaid) {
                "has no images, expected one with the images of camera 0 as files");
   expect_error(chasles(folder, "export out --as colmap -o a"), 1,
                "--as colmap: the run folder does not have the frames");
-  expect_error(chasles(folder, "export out --as colmap -o a --recording rec"), 2,
-               "has no images, expected one with the images of camera 0 as files");
+  for (const char* as : {"nerfstudio", "colmap", "colmap --undistort", "nerfstudio --undistort"}) {
+    expect_error(chasles(folder, std::string("export out -o a --recording rec --as ") + as), 2,
+                 "has no images");
+  }
   expect_error(chasles(folder, "export out --as colmap -o a --set overlap=2"), 1,
                "--set: overlap: found '2', expected");
   std::filesystem::create_directory(folder / "model");

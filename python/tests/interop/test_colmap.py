@@ -1,5 +1,7 @@
 """`chasles export --as colmap`, read by pycolmap. Expected numbers come from states.csv and summary.json."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -111,3 +113,32 @@ def test_pycolmap_projects_as_our_lenses_do(tmp_path, lens, coefficients, model_
     assert model.camera(1).model_name == model_name
     for point_id, lengths in reprojection_errors(model).items():
         assert np.mean(lengths) == pytest.approx(model.point3D(point_id).error, abs=1e-6)
+
+
+def size_of(png):
+    header = png.read_bytes()[:24]
+    assert header.startswith(b"\x89PNG")
+    return int.from_bytes(header[16:20], "big"), int.from_bytes(header[20:24], "big")
+
+
+def test_a_lens_that_colmap_does_not_have_is_undistorted(tmp_path):
+    import pycolmap
+    walk = Walk(tmp_path, *SMALL, *(word for one in ("distortion=ds", "distortion_1=-0.2", "distortion_2=0.55", "cameras=2")
+                                    for word in ("--set", one)))
+    folder = walk.export("colmap", "model", "--recording", walk.recording, "--undistort", "--smoothed")
+    model = pycolmap.Reconstruction(str(folder))
+    assert {camera.model_name for camera in model.cameras.values()} == {"PINHOLE"}
+    errors = reprojection_errors(model)
+    for point_id, lengths in errors.items():
+        assert np.mean(lengths) == pytest.approx(model.point3D(point_id).error, abs=1e-6)
+    assert np.mean(np.concatenate(list(errors.values()))) < 0.5
+    for image in model.images.values():
+        assert size_of(folder / "images" / image.name) == (376, 240)
+        for point in image.points2D:
+            assert 0 < point.xy[0] < 376 and 0 < point.xy[1] < 240
+    data = json.loads((walk.export("nerfstudio", "nerf", "--recording", walk.recording, "--undistort") / "transforms.json")
+                      .read_text())
+    assert (data["camera_model"], data["k1"]) == ("OPENCV", 0)
+    assert data["fl_x"] == pytest.approx(model.camera(1).params[0])
+    assert all(size_of(walk.folder / "nerf" / frame["file_path"]) == (376, 240) for frame in data["frames"])
+    assert len(data["frames"]) == len(walk.time_ns)

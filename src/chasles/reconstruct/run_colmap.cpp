@@ -40,6 +40,45 @@ ImageNames image_names(const Recording& recording, const std::vector<std::size_t
   return names;
 }
 
+// Those that will be written.
+ImageNames made_names(const Recording& recording, const std::vector<std::size_t>& cameras) {
+  ImageNames names(cameras.size());
+  for (std::size_t i = 0; i < recording.images->size(); ++i) {
+    const Time time = recording.images->time(i);
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      if (!recording.images->has_image(i, c)) continue;
+      names[c].emplace(time, fmt::format("cam{}/{}", cameras[c], image_name(time)));
+    }
+  }
+  return names;
+}
+
+// Moves the tracks to where they are in undistorted images.
+void undistort(const std::vector<Undistortion>& lenses, std::vector<TrackedImages>& tracked) {
+  for (TrackedImages& images : tracked) {
+    std::erase_if(images.pixels, [&](TrackedPixel& p) {
+      const auto moved = lenses[p.camera].pixel(p.pixel);
+      if (moved) p.pixel = *moved;
+      return !moved;
+    });
+  }
+}
+
+// The images of the model's frames, which have these times.
+UndistortedImages undistorted_images(const Recording& recording, std::vector<Undistortion> lenses,
+                                     const std::vector<PosedTracks>& keyframes,
+                                     const ColmapModel& model) {
+  UndistortedImages images(recording.images, std::move(lenses));
+  std::size_t index = 0;
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    while (recording.images->time(index) < keyframes[k].images->time) ++index;
+    for (const ColmapImage& image : model.frames[k].images) {
+      images.want(index, image.camera, "images/" + image.name);
+    }
+  }
+  return images;
+}
+
 // The poses of a path some time later; none where it does not go on.
 class LaterPoses {
  public:
@@ -113,6 +152,12 @@ ColmapFrame empty_frame(const PosedFrame& frame, const ImageNames& names) {
   return empty;
 }
 
+void check_has_images(const Recording& recording) {
+  if (recording.images) return;
+  throw InputError(
+      fmt::format("recording '{}' has no images, expected the run's recording", recording.name));
+}
+
 void add_points(SparsePoints points, ColmapModel& model) {
   model.points = std::move(points.points);
   for (const SparsePoints::Observation& o : points.observations) {
@@ -137,12 +182,21 @@ std::string remark_of(const SparsePoints& points, std::size_t keyframes, std::si
 }  // namespace
 
 RunColmap run_colmap(const ReportRun& run, RunPath path, Recording recording,
-                     const std::filesystem::path& folder, const ColmapSettings& settings) {
+                     const ModelImages& images, const ColmapSettings& settings) {
   const std::vector<std::size_t> numbers = cameras_of_run(run.summary);
-  const ImageNames names = image_names(recording, numbers, folder);
+  check_has_images(recording);
+  ImageNames names;
+  if (!images.undistort) names = image_names(recording, numbers, images.folder);
   const InertialRunSettings run_settings = inertial_run_settings_of(run.summary);
   recording = as_in_run(std::move(recording), run.summary, run_settings);
-  const std::vector<TrackedImages> tracked = track_again(recording, run.run, run_settings.frontend);
+  std::vector<TrackedImages> tracked = track_again(recording, run.run, run_settings.frontend);
+  std::vector<Undistortion> lenses;
+  if (images.undistort) {
+    names = made_names(recording, numbers);
+    lenses = undistortions(recording.cameras);
+    undistort(lenses, tracked);
+    std::ranges::transform(lenses, recording.cameras.begin(), &Undistortion::pinhole);
+  }
   const auto frames = posed_frames(run, path, tracked, recording.cameras.front());
   RunColmap result{.model = {.cameras = recording.cameras, .is_level = is_level(run.run)}};
   std::vector<PosedTracks> keyframes;
@@ -157,6 +211,9 @@ RunColmap run_colmap(const ReportRun& run, RunPath path, Recording recording,
   }
   result.remarks.push_back(remark);
   add_points(std::move(points), result.model);
+  if (images.undistort) {
+    result.images = undistorted_images(recording, std::move(lenses), keyframes, result.model);
+  }
   return result;
 }
 

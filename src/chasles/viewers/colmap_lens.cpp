@@ -56,7 +56,7 @@ ColmapLens colmap_lens(const Camera& camera) {
   }
   throw InputError(fmt::format(
       "COLMAP has no lens model {}{}, expected none, radtan with at most 8 coefficients, "
-      "equidistant, fov, division, eucm or fisheye624: calibrate the camera with one of these",
+      "equidistant, fov, division, eucm or fisheye624: --undistort makes images without distortion",
       name_of(camera.distortion), has_prism_terms(k) ? " with prism terms" : ""));
 }
 

@@ -39,7 +39,7 @@ OrderedJson lens_json(const Camera& camera) {
   }
   throw InputError(fmt::format(
       "nerfstudio has no lens model {} with {} coefficients, expected none, radtan with at most 5, "
-      "or equidistant: undistort the images, and run again with their calibration",
+      "or equidistant: --undistort makes images without distortion",
       name_of(camera.distortion), k.size()));
 }
 
