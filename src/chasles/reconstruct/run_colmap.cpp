@@ -133,8 +133,8 @@ std::vector<std::size_t> keyframes_of(const std::vector<PosedFrame>& frames,
         KeyframeCandidate{.world_T_imu = tracks.world_T_imu, .sharpness = sharp[i]});
     for (const TrackedPixel& p : tracks.images->pixels) candidate.tracks.push_back(p.track);
     std::ranges::sort(candidate.tracks);
-    const auto twice = std::ranges::unique(candidate.tracks);
-    candidate.tracks.erase(twice.begin(), twice.end());
+    candidate.tracks.erase(std::unique(candidate.tracks.begin(), candidate.tracks.end()),
+                           candidate.tracks.end());
   }
   return choose_keyframes(candidates, settings);
 }
