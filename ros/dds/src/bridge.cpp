@@ -52,7 +52,8 @@ SensorCalibration calibration_of(const BridgeOptions& o) {
 StateStream::Options stream_of(const BridgeOptions& o) {
   return {.base_T_imu = base_T_imu_of(o),
           .rate = o.rate == "samples" ? StateStream::Rate::kSamples : StateStream::Rate::kImages,
-          .points_period = o.points_period};
+          .points_period = o.points_period,
+          .jumps = !o.px4.empty()};
 }
 
 /// Takes messages until the end.

@@ -23,6 +23,7 @@ CHASLES_TOPIC_TYPE(CompressedImageMessage, sensor_msgs_msg_dds__CompressedImage_
 CHASLES_TOPIC_TYPE(OdometryMessage, nav_msgs_msg_dds__Odometry_);
 CHASLES_TOPIC_TYPE(TransformsMessage, tf2_msgs_msg_dds__TFMessage_);
 CHASLES_TOPIC_TYPE(PointsMessage, sensor_msgs_msg_dds__PointCloud2_);
+CHASLES_TOPIC_TYPE(VehicleOdometryMessage, px4_msgs_msg_dds__VehicleOdometry_);
 CHASLES_TOPIC_TYPE(DiagnosticsMessage, diagnostic_msgs_msg_dds__DiagnosticArray_);
 
 #undef CHASLES_TOPIC_TYPE

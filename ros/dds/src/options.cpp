@@ -97,6 +97,9 @@ void declare_output(CLI::App& parser, BridgeOptions& o) {
     return parser.add_option(name, value, text)->type_name(type)->group("Output");
   };
   add("--odometry", o.odometry, "TOPIC", "Topic of nav_msgs/msg/Odometry (default /odometry)");
+  add("--px4", o.px4, "TOPIC",
+      "The same as px4_msgs/msg/VehicleOdometry for PX4, on /fmu/in/vehicle_visual_odometry as a "
+      "rule (default: none)");
   add("--rate", o.rate, "NAME",
       "Odometry and /tf at the rate of the images (default), or of the samples: predicted");
   parser.add_flag("!--no-tf", o.tf, "No transforms on /tf")->group("Output");

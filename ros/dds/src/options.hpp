@@ -36,6 +36,7 @@ struct BridgeOptions {
   std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
   std::string base_T_imu_text;  ///< empty: the identity
   std::string odometry = "/odometry", points = "/points", diagnostics = "/diagnostics";
+  std::string px4;              ///< topic of PX4's VehicleOdometry; empty: none
   std::string rate = "images";  ///< of the odometry; or "samples"
   bool tf = true;
   double points_period = 1;    ///< [s]; 0: no points

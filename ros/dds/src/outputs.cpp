@@ -99,7 +99,9 @@ Outputs::Outputs(Participant& participant, const BridgeOptions& options)
       odometry_writer_(participant, options.odometry, kOthers),
       transform_writer_(participant, "/tf", kTransforms),
       points_writer_(participant, options.points, kOthers),
-      diagnostics_writer_(participant, options.diagnostics, kOthers) {}
+      diagnostics_writer_(participant, options.diagnostics, kOthers) {
+  if (!options.px4.empty()) px4_writer_.emplace(participant, options.px4, kOthers);
+}
 
 void Outputs::odometry(const BodyState& body, Time time) {
   OdometryMessage message{};
@@ -112,8 +114,11 @@ void Outputs::odometry(const BodyState& body, Time time) {
   message.twist.twist = {.linear = vector(body.linear), .angular = vector(body.angular)};
   copy(body.twist_covariance, message.twist.covariance);
   odometry_writer_.write(message);
+  if (px4_writer_) px4_writer_->write(vehicle_odometry(body, time, quality_));
   send_transform(frames_.odom, frames_.base, body.world_T_body, time);
 }
+
+void Outputs::quality(Health health, std::size_t jumps) { quality_ = px4_quality(health, jumps); }
 
 void Outputs::map_T_odom(const SE3& pose, Time time) {
   send_transform(frames_.map, frames_.odom, pose, time);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -7,6 +9,7 @@
 #include <chasles/robot/state_stream.hpp>
 
 #include "participant.hpp"
+#include "px4.hpp"
 
 namespace chasles::bridge {
 
@@ -22,8 +25,11 @@ class Outputs : public StateSink {
  public:
   Outputs(Participant& participant, const BridgeOptions& options);
 
-  /// nav_msgs/msg/Odometry, and the transform from odom to base.
+  /// nav_msgs/msg/Odometry, the transform from odom to base and, with a topic for it,
+  /// px4_msgs/msg/VehicleOdometry.
   void odometry(const BodyState& body, Time time) override;
+  /// For the field of PX4's message.
+  void quality(Health health, std::size_t jumps) override;
   /// The transform from map to odom.
   void map_T_odom(const SE3& pose, Time time) override;
   /// sensor_msgs/msg/PointCloud2 in the frame odom: x, y, z [m], sigma [m] (root of the trace of
@@ -39,7 +45,9 @@ class Outputs : public StateSink {
   Frames frames_;
   bool tf_;
   std::string name_;
+  std::atomic<Px4Quality> quality_ = Px4Quality{};  ///< of the last estimate
   Writer<OdometryMessage> odometry_writer_;
+  std::optional<Writer<VehicleOdometryMessage>> px4_writer_;
   Writer<TransformsMessage> transform_writer_;
   Writer<PointsMessage> points_writer_;
   Writer<DiagnosticsMessage> diagnostics_writer_;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -80,10 +81,14 @@ struct Listener {
   explicit Listener(FastClient& client)
       : odometry(client, {"rt/odometry", "nav_msgs::msg::dds_::Odometry_"}, true),
         tf(client, {"rt/tf", "tf2_msgs::msg::dds_::TFMessage_"}, true),
+        px4(client, {"rt/fmu/in/vehicle_visual_odometry", "px4_msgs::msg::dds_::VehicleOdometry_"},
+            false),
         points(client, {"rt/points", "sensor_msgs::msg::dds_::PointCloud2_"}, true),
         diagnostics(client, {"rt/diagnostics", "diagnostic_msgs::msg::dds_::DiagnosticArray_"},
                     true) {}
-  FastReader odometry, tf, points, diagnostics;
+  FastReader odometry, tf;
+  FastReader px4;  ///< best effort, as PX4's
+  FastReader points, diagnostics;
 };
 
 const RunState* state_at(const Run& run, Time time) {
@@ -160,6 +165,46 @@ void expect_transforms_of(const std::vector<FastReader::Message>& odometries,
   }
 }
 
+// The same odometry in forward, right, down; best effort may lose one.
+void expect_px4_of(const std::vector<FastReader::Message>& odometries,
+                   const std::vector<FastReader::Message>& messages) {
+  std::map<std::uint64_t, Odometry> by_time;
+  for (const FastReader::Message& message : odometries) {
+    const Odometry o = odometry(message.bytes);
+    by_time[static_cast<std::uint64_t>(o.time.count() / 1000)] = o;
+  }
+  ASSERT_GT(messages.size(), odometries.size() / 2);
+  const Eigen::Vector3d frd(1, -1, -1);
+  const auto expect_near = [](const Eigen::VectorXd& found, const Eigen::VectorXd& expected) {
+    EXPECT_LT((found - expected).norm(), 1e-6 * (1 + expected.norm()));
+  };
+  for (const FastReader::Message& message : messages) {
+    const VehicleOdometry v = vehicle_odometry(message.bytes);
+    EXPECT_EQ(v.timestamp, v.timestamp_sample);
+    ASSERT_TRUE(by_time.contains(v.timestamp)) << v.timestamp;
+    const Odometry& o = by_time.at(v.timestamp);
+    EXPECT_EQ(v.pose_frame, 2) << "FRD";
+    EXPECT_EQ(v.velocity_frame, 3) << "FRD of the body";
+    expect_near(v.position, frd.cwiseProduct(o.pose.p));
+    expect_near(v.velocity, frd.cwiseProduct(o.linear));
+    expect_near(v.angular_velocity, frd.cwiseProduct(o.angular));
+    // The vehicle's forward, right and down in the local frame.
+    const Eigen::Matrix3d R = Eigen::Quaterniond(v.q[0], v.q[1], v.q[2], v.q[3]).toRotationMatrix();
+    expect_near(R.col(0), frd.cwiseProduct(o.pose.R.col(0)));
+    expect_near(R.col(1), -frd.cwiseProduct(o.pose.R.col(1)));
+    expect_near(R.col(2), -frd.cwiseProduct(o.pose.R.col(2)));
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_NEAR(v.position_variance[k], o.pose_covariance(k, k), 1e-6);
+      EXPECT_NEAR(v.velocity_variance[k], o.twist_covariance(k, k), 1e-6);
+      const Eigen::Vector3d axis = o.pose.R.col(k);  // of the body, in the world
+      EXPECT_NEAR(v.orientation_variance[k],
+                  axis.dot(o.pose_covariance.bottomRightCorner<3, 3>() * axis), 1e-7);
+    }
+    EXPECT_EQ(v.reset_counter, 0);
+    EXPECT_TRUE(v.quality == 100 || v.quality == 50) << v.quality;
+  }
+}
+
 void expect_points_of(const Run& run, const std::vector<FastReader::Message>& messages) {
   ASSERT_FALSE(messages.empty());
   const Cloud last = cloud(messages.back().bytes);
@@ -201,8 +246,9 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
   const Recording recording = read_recording(folder / "walk");
 
   Process bridge(
-      bridge_command(folder, {"--reliable", "--lossless", "-o", folder / "bridge",
-                              "--points-period", "1e-6", "--base-T-imu", base_T_imu_text()}),
+      bridge_command(
+          folder, {"--reliable", "--lossless", "-o", folder / "bridge", "--points-period", "1e-6",
+                   "--base-T-imu", base_T_imu_text(), "--px4", "/fmu/in/vehicle_visual_odometry"}),
       folder / "log.txt");
   FastClient client(kDomain);
   const Listener listener(client);
@@ -216,6 +262,7 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
   const auto odometries = listener.odometry.messages();
   expect_odometry_of(run, odometries);
   expect_transforms_of(odometries, listener.tf.messages());
+  expect_px4_of(odometries, listener.px4.messages());
   expect_points_of(run, listener.points.messages());
   expect_diagnostics_of(recording.images->size(), listener.diagnostics.messages());
 }

@@ -53,6 +53,39 @@ inline Odometry odometry(const std::string& bytes) {
   return o;
 }
 
+/// px4_msgs/msg/VehicleOdometry.
+struct VehicleOdometry {
+  std::uint64_t timestamp = 0, timestamp_sample = 0;
+  int pose_frame = 0, velocity_frame = 0, reset_counter = 0, quality = 0;
+  Eigen::Vector4d q;  ///< w x y z
+  Eigen::Vector3d position, velocity, angular_velocity;
+  Eigen::Vector3d position_variance, orientation_variance, velocity_variance;
+};
+template <int N>
+Eigen::Matrix<double, N, 1> floats(MessageFields& fields) {
+  Eigen::Matrix<double, N, 1> values;
+  for (double& value : values) value = fields.number<float>();
+  return values;
+}
+inline VehicleOdometry vehicle_odometry(const std::string& bytes) {
+  MessageFields fields = fields_of(bytes);
+  VehicleOdometry o;
+  o.timestamp = fields.number<std::uint64_t>();
+  o.timestamp_sample = fields.number<std::uint64_t>();
+  o.pose_frame = fields.number<std::uint8_t>();
+  o.position = floats<3>(fields);
+  o.q = floats<4>(fields);
+  o.velocity_frame = fields.number<std::uint8_t>();
+  o.velocity = floats<3>(fields);
+  o.angular_velocity = floats<3>(fields);
+  o.position_variance = floats<3>(fields);
+  o.orientation_variance = floats<3>(fields);
+  o.velocity_variance = floats<3>(fields);
+  o.reset_counter = fields.number<std::uint8_t>();
+  o.quality = fields.number<std::int8_t>();
+  return o;
+}
+
 /// geometry_msgs/msg/TransformStamped.
 struct Transform {
   Time time{};

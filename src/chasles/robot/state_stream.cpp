@@ -15,6 +15,10 @@ void StateStream::take(std::span<const Estimate> estimates, VisualInertialSlam& 
   const Estimate& e = estimates.back();
   any_ = true;
   if (e.health == Health::kLost) return;  // StatePredictor has none either
+  if (options_.jumps) {
+    const SlamReport report = slam.estimator().report();
+    sink_.quality(e.health, static_cast<std::size_t>(report.resets) + report.closures.size());
+  }
   if (options_.rate == Rate::kImages) send(slam.predicted(e.time));
   if (e.in_map) sink_.map_T_odom(e.in_map->world_T_map.inverse(), e.time);
   if (!points_are_due(e.time)) return;

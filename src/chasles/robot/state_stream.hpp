@@ -5,6 +5,7 @@
 #include <span>
 
 #include <chasles/estimate/body_state.hpp>
+#include <chasles/estimate/health.hpp>
 #include <chasles/filter/past/past.hpp>
 #include <chasles/robot/robot_slam.hpp>
 
@@ -16,6 +17,9 @@ class StateSink {
  public:
   virtual ~StateSink() = default;
   virtual void odometry(const BodyState& body, Time time) = 0;
+  /// With Options::jumps, before the odometry of an estimate: its health, and how often the path
+  /// has jumped so far, at loop closures and after losses.
+  virtual void quality(Health /*health*/, std::size_t /*jumps*/) {}
   /// The frame of the estimates in that of the map in which the run found its place (REP 105).
   virtual void map_T_odom(const SE3& pose, Time time) = 0;
   virtual void points(std::span<const MapLandmark> landmarks, Time time) = 0;
@@ -29,6 +33,7 @@ class StateStream {
     SE3 base_T_imu = {};        ///< where the IMU is on the robot
     Rate rate = Rate::kImages;  ///< of the odometry
     double points_period = 1;   ///< [s]; 0: no points
+    bool jumps = false;         ///< the sink wants them
   };
 
   /// The sink must outlive this.
