@@ -153,6 +153,12 @@ TEST(Export, AModelForColmapHasTheTracksOfKeyframes) {
   ASSERT_EQ(chasles(folder, "export out --as colmap-text -o text --recording rec --quiet").code, 0);
   const std::string text = slurp(folder / "text/frames.txt");
   EXPECT_EQ(std::ranges::count(text, '\n'), usual + 1);
+  // A run of the second camera alone.
+  ASSERT_EQ(chasles(folder, "run rec -o one --cameras 1 --quiet").code, 0);
+  ASSERT_EQ(chasles(folder, "export one --as colmap -o single --recording rec --quiet").code, 0);
+  const std::string of_one = slurp(folder / "single/images.bin");
+  EXPECT_NE(of_one.find("mav0/cam1/data/"), std::string::npos);
+  EXPECT_EQ(of_one.find("mav0/cam0/data/"), std::string::npos);
   // Nothing is a point.
   expect_error(chasles(folder,
                        "export out --as colmap -o none --recording rec --set "

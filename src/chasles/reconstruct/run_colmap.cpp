@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/lie/trajectory.hpp>
 #include <chasles/reconstruct/keyframes.hpp>
+#include <chasles/reconstruct/later_poses.hpp>
 #include <chasles/reconstruct/recording_of_run.hpp>
 #include <chasles/reconstruct/run_colmap.hpp>
 #include <chasles/reconstruct/sharpness.hpp>
@@ -78,25 +78,6 @@ UndistortedImages undistorted_images(const Recording& recording, std::vector<Und
   }
   return images;
 }
-
-// The poses of a path some time later; none where it does not go on.
-class LaterPoses {
- public:
-  LaterPoses(const Run& run, RunPath path, double seconds) : delay_(from_seconds(seconds)) {
-    if (delay_ == Time::zero()) return;
-    for (const SmoothedPose& s : path_poses(run, path)) {
-      path_.push_back({.time = s.time, .pose = s.world_T_imu});
-    }
-  }
-  std::optional<SE3> after(const SmoothedPose& pose) const {
-    if (delay_ == Time::zero()) return pose.world_T_imu;
-    return pose_at(path_, pose.time + delay_);
-  }
-
- private:
-  Time delay_;
-  Trajectory path_;
-};
 
 // A frame with tracks and a pose.
 struct PosedFrame {
