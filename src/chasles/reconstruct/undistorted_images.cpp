@@ -30,10 +30,11 @@ std::string image_name(Time time) { return fmt::format("{}.png", time.count()); 
 
 PosedUndistorted posed_undistorted(const ReportRun& run, RunPath path, const Recording& recording,
                                    const std::filesystem::path& folder) {
-  const std::size_t camera = recorded_camera(run.summary, 0);
+  const std::size_t number = recorded_camera(run.summary, 0);
+  const std::size_t camera = place_of_camera(recording, number);
   if (!recording.images || camera >= recording.cameras.size()) {
     throw InputError(fmt::format("recording '{}' has no images of camera {}, expected the run's",
-                                 recording.name, camera));
+                                 recording.name, number));
   }
   std::vector<std::size_t> frames;
   std::vector<Time> stamps;

@@ -99,5 +99,31 @@ TEST(UndistortedImages, AreMadeInTheOrderInWhichTheyAreWanted) {
   EXPECT_THROW(images.write([](const std::string&, const std::string&) {}), InputError);
 }
 
+// Images that are no files, of two cameras of a calibration with more of them.
+TEST(UndistortedImages, HaveThePosesOfTheRunsFirstCamera) {
+  Recording recording;
+  recording.name = "bag";
+  recording.images = std::make_shared<TwoCameras>();
+  recording.cameras = {fisheye(), fisheye()};
+  recording.cameras[1].fx = 70;
+  recording.camera_numbers = {2, 5};
+  ReportRun run;
+  run.summary = R"({"cameras": [{"number": 5, "imu_T_cam":
+    [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]})";
+  for (const int second : {1, 2}) {
+    RunState& state = run.run.states.emplace_back();
+    state.time = std::chrono::seconds(second);
+    state.world_T_imu.p.x() = second;
+    state.health = "ok";
+  }
+  const PosedUndistorted found = posed_undistorted(run, RunPath::kStates, recording, "out");
+  ASSERT_EQ(found.posed.images.size(), 1) << "the camera has one image";
+  EXPECT_EQ(found.posed.images[0].file, "out/images/2000000000.png");
+  EXPECT_EQ(found.posed.images[0].world_T_cam.p.x(), 2.5);
+  EXPECT_NEAR(found.posed.camera.fx, focal_lengths_at_axis(recording.cameras[1]).x(), 1e-12);
+  run.summary = R"({"cameras": [{"number": 3}]})";
+  EXPECT_THROW(posed_undistorted(run, RunPath::kStates, recording, "out"), InputError);
+}
+
 }  // namespace
 }  // namespace chasles

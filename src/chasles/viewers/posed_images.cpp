@@ -9,15 +9,11 @@
 
 namespace chasles {
 
-namespace {
-
-std::size_t place_of(std::size_t camera, const Recording& recording) {
+std::size_t place_of_camera(const Recording& recording, std::size_t number) {
   const std::vector<std::size_t>& numbers = recording.camera_numbers;
-  if (numbers.empty()) return camera;
-  return static_cast<std::size_t>(std::ranges::find(numbers, camera) - numbers.begin());
+  if (numbers.empty()) return number;
+  return static_cast<std::size_t>(std::ranges::find(numbers, number) - numbers.begin());
 }
-
-}  // namespace
 
 CameraImages camera_images(const Recording& recording, std::size_t camera) {
   const auto fail = [&](const std::string& found) {
@@ -27,7 +23,7 @@ CameraImages camera_images(const Recording& recording, std::size_t camera) {
                     recording.name, found, camera));
   };
   if (!recording.images) fail("no images");
-  const std::size_t place = place_of(camera, recording);
+  const std::size_t place = place_of_camera(recording, camera);
   if (place >= recording.cameras.size()) fail("no such camera");
   CameraImages all{.camera = recording.cameras[place]};
   for (std::size_t i = 0; i < recording.images->size(); ++i) {

@@ -10,6 +10,10 @@
 
 namespace chasles {
 
+/// The place of the camera with this number in the calibration among those of the recording; none
+/// there: as many as it has, or more.
+std::size_t place_of_camera(const Recording& recording, std::size_t number);
+
 /// The image files of a camera, in order of time.
 struct CameraImages {
   Camera camera;  ///< as the recording states it
