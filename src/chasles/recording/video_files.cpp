@@ -74,7 +74,7 @@ VideoPlace find_video(const fs::path& path) {
   std::string names;
   constexpr std::size_t kNamed = 3;
   for (std::size_t i = 0; i < std::min(kNamed, videos.size()); ++i) {
-    names += (i > 0 ? ", " : "") + videos[i].filename().string();
+    names += fmt::format("{}{}", i > 0 ? ", " : "", videos[i].filename().string());
   }
   throw InputError(fmt::format("{}: has {} videos ({}{}), expected one: give one of them",
                                path.string(), videos.size(), names,
@@ -88,7 +88,7 @@ std::optional<fs::path> next_chapter(const fs::path& video) {
   const std::string number = stem.substr(4), chapter = stem.substr(2, 2);
   std::string next;
   if (stem.starts_with("GOPR") && are_digits(number)) {
-    next = "GP01" + number;
+    next = fmt::format("GP01{}", number);
   } else if (are_digits(number) && are_digits(chapter)) {
     next = fmt::format("{}{:02}{}", stem.substr(0, 2), std::stoi(chapter) + 1, number);
   }

@@ -11,16 +11,19 @@
 #include <chasles/codec/csv.hpp>
 #include <chasles/codec/folder_names.hpp>
 #include <chasles/recording/apply_calibration.hpp>
+#include <chasles/recording/gopro_json.hpp>
 #include <chasles/recording/image_recording.hpp>
 #include <chasles/recording/image_times.hpp>
 #include <chasles/recording/imu_table.hpp>
 #include <chasles/recording/masks.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_tables.hpp>
+#include <chasles/recording/split_imu.hpp>
 #include <chasles/recording/time_order.hpp>
 #include <chasles/recording/truth_table.hpp>
 #include <chasles/recording/video_files.hpp>
 #include <chasles/recording/video_images.hpp>
+#include <chasles/video/telemetry.hpp>
 
 namespace chasles {
 namespace {
@@ -58,25 +61,48 @@ KalibrCalibration calibrate_video(const VideoPlace& place, Recording& recording)
       insufficient_calibration(folders)));
 }
 
-// A table of samples counts before telemetry in the video.
-void read_samples_of_video(const VideoPlace& place, Recording& recording) {
+// A table of samples that belongs to the video.
+bool read_table_of_video(const VideoPlace& place, Recording& recording) {
   std::optional<fs::path> table = place.first_of({"_imu.csv", ".csv"}, {"imu.csv"});
   if (!table && place.is_alone) table = find_imu_table(place.folder, recording.remarks);
-  const SensorTables apart =
-      !table && place.is_alone ? find_sensor_tables(place.folder) : SensorTables{};
   if (table) {
     recording.imu = read_imu_table(*table, recording.remarks);
     tidy_samples(*table, recording);
-    return remark_on_open_end(*table, recording.remarks);
+    remark_on_open_end(*table, recording.remarks);
+    return true;
   }
-  if (apart.accelerometer || apart.gyroscope) {
-    return read_sensor_tables(apart, place.folder, recording);
+  const auto json = place.first_of({"_imu.json", ".json"}, {"imu_data.json"});
+  if (json && is_gopro_json(*json)) {
+    GoproJson imu = read_gopro_json(*json, recording.remarks);
+    join_streams(json->string(), std::move(imu.forces), std::move(imu.rates),
+                 Eigen::Matrix3d::Identity(), recording);
+    return true;
   }
-  throw InputError(
-      fmt::format("{}: has no samples of an IMU: expected telemetry of a GoPro in it, or a table "
-                  "beside it: {}, "
-                  "or imu.csv where it is the only video (docs/your-recording.md)",
-                  place.video.string(), place.beside("_imu.csv").filename().string()));
+  const SensorTables apart = place.is_alone ? find_sensor_tables(place.folder) : SensorTables{};
+  if (!apart.accelerometer && !apart.gyroscope) return false;
+  read_sensor_tables(apart, place.folder, recording);
+  return true;
+}
+
+// A table beside the video counts before the telemetry in it.
+void read_samples_of_video(const VideoPlace& place, const VideoIndex& index, Recording& recording) {
+  if (read_table_of_video(place, recording)) {
+    if (!index.telemetry.empty()) {
+      recording.remarks.push_back(
+          "the video has telemetry of its own, which is not read: the table beside it is");
+    }
+    return;
+  }
+  if (index.telemetry.empty()) {
+    throw InputError(fmt::format(
+        "{}: has no samples of an IMU: expected telemetry of a GoPro in it, or a table beside it: "
+        "{}, or imu.csv or imu_data.json where it is the only video (docs/videos.md)",
+        place.video.string(), place.beside("_imu.csv").filename().string()));
+  }
+  Telemetry telemetry = read_telemetry(index, recording.remarks);
+  join_streams(index.file, {.name = "ACCL", .samples = std::move(telemetry.forces)},
+               {.name = "GYRO", .samples = std::move(telemetry.rates)}, Eigen::Matrix3d::Identity(),
+               recording);
 }
 
 // As the file states them; or by a list that an app writes by the clock of the IMU.
@@ -138,7 +164,7 @@ Recording read_video_recording(const fs::path& path) {
   const KalibrCalibration rig = calibrate_video(place, recording);
   recording.name = name;  // calibration.yaml may be that of many recordings
   VideoIndex index = read_video_index(place.video, recording.remarks);
-  read_samples_of_video(place, recording);
+  read_samples_of_video(place, index, recording);
   take_noise_of_samples(rig, recording);
   if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
   std::vector<Time> times =

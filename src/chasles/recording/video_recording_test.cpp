@@ -1,6 +1,7 @@
 #include <chasles/recording/image_testing.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/video_files.hpp>
+#include <chasles/video/gpmf_testing.hpp>
 #include <chasles/video/picture_testing.hpp>
 
 namespace chasles {
@@ -139,6 +140,85 @@ TEST_F(VideoRecording, MasksAreFoundByNameAndUmisIsInverted) {
                {"slam_mask.png hides 25.0 % of the pictures, where it is not black"});
   spill_mask("slam_mask.png", 255, 255);
   expect_parts(error(), {"slam_mask.png: all pixels of this mask are white", "is it inverted?"});
+}
+
+// One device of gopro-telemetry: values are z, x, y; the gyroscope begins 30 ms late.
+std::string gopro_json(const std::string& units = "m/s2") {
+  const auto stream = [](double first, double period, const std::string& about) {
+    std::string samples;
+    for (int i = 0; i * period < 1.0; ++i) {
+      samples +=
+          fmt::format(R"({}{{"value":[9.5,1,2],"cts":{},"date":"2024-01-01T00:00:00.000Z"}})",
+                      i > 0 ? "," : "", 1e3 * (first + i * period));
+    }
+    return fmt::format(R"({{"samples":[{}],{}}})", samples, about);
+  };
+  return fmt::format(
+      R"({{"1":{{"streams":{{"ACCL":{},"GYRO":{}}},"device name":"Hero9 Black"}},"frames/second":30}})",
+      stream(0, 0.005, fmt::format(R"("name":"Accelerometer","units":"{}")", units)),
+      stream(0.03, 0.005, R"~("name":"Gyroscope (z,x,y)","units":"rad/s")~"));
+}
+
+TEST_F(VideoRecording, TheJsonOfGoproTelemetryIsReadWithTheTimesOfBothSensors) {
+  fs::remove(folder / "imu.csv");
+  for (const char* units : {"m/s2", "m/s\xc2\xb2"}) {
+    test::spill(folder / "imu_data.json", gopro_json(units));
+    const Recording r = read_recording(folder);
+    EXPECT_EQ(r.imu.front().time, std::chrono::milliseconds(30));
+    EXPECT_EQ(r.imu.front().specific_force_imu, Eigen::Vector3d(1, 2, 9.5));
+    EXPECT_EQ(r.imu.front().angular_rate_imu, Eigen::Vector3d(1, 2, 9.5));
+    expect_parts(remarks_of(r), {"those of imu_data.json, by the video's clock"});
+  }
+  fs::rename(folder / "imu_data.json", folder / "walk.json");
+  EXPECT_EQ(read_recording(folder / "walk.mp4").imu.size(), 194u);
+}
+
+TEST_F(VideoRecording, OddJsonIsAnErrorWithItsPlace) {
+  fs::remove(folder / "imu.csv");
+  const auto rejected = [&](const std::string& json) {
+    test::spill(folder / "imu_data.json", json);
+    return error();
+  };
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string json = gopro_json();
+    return json.replace(json.find(from), from.size(), to);
+  };
+  expect_parts(rejected(changed("[9.5,1,2]", "[9.5,1]")),
+               {"imu_data.json: 1.streams.ACCL.samples[0].value: has 2 numbers, expected three"});
+  expect_parts(rejected(changed("[9.5,1,2]", "[9.5,\"1\",2]")),
+               {"samples[0].value[1]: found '\"1\"', expected a finite number"});
+  expect_parts(rejected(changed("\"cts\":0", "\"cts\":null")), {"samples[0] 'cts' is missing"});
+  expect_parts(rejected(changed("\"cts\":0", "\"cts\":1e300")), {"samples[0].cts: found"});
+  expect_parts(rejected(changed("GYRO", "GYRA")), {"streams 'GYRO' is missing"});
+  expect_parts(rejected(changed("m/s2", "V")), {"ACCL.units: found 'V', expected m/s2 or g"});
+  expect_parts(rejected(changed("{\"1\"", "{\"A\"")), {"has no device '1'"});
+  expect_parts(rejected("{\"1\":{\"streams\":{\"ACCL\":{\"samples\":7},\"GYRO\":{}}}}"),
+               {"ACCL.samples: expected a list"});
+  expect_parts(rejected("{\"streams\""), {"imu_data.json"});
+}
+
+TEST_F(VideoRecording, TheTelemetryInTheVideoIsReadUnlessATableIsBesideIt) {
+  std::vector<test::TimedBytes> telemetry;
+  for (int k = 0; k < 2; ++k) {
+    std::string items = test::klv_count("DVID", 1) + test::klv_text("DVNM", "Hero5 Black");
+    for (const char* key : {"ACCL", "GYRO"}) {
+      const std::vector<std::vector<int>> rows(200, {950, 100, 200});
+      items +=
+          test::nest("STRM", test::klv_count("TSMP", 200u * static_cast<unsigned>(k + 1)) +
+                                 test::klv_shorts("SCAL", {{100}}) + test::klv_shorts(key, rows));
+    }
+    telemetry.push_back({.time = std::chrono::seconds(k),
+                         .duration = std::chrono::seconds(1),
+                         .bytes = test::nest("DEVC", items)});
+  }
+  VideoWriter::write(folder / "walk.mp4", pictures, {}, telemetry);
+  expect_parts(remarks_of(read_recording(folder)), {"telemetry of its own, which is not read"});
+  fs::remove(folder / "imu.csv");
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.imu.size(), 400u);
+  EXPECT_EQ(r.imu[0].specific_force_imu, Eigen::Vector3d(1, 2, 9.5));
+  EXPECT_NEAR(to_seconds(r.imu[300].time), 1.5, 1e-6);
+  expect_parts(remarks_of(r), {"the video's telemetry (1 Hero5 Black)", "in the order Z, X, Y"});
 }
 
 TEST_F(VideoRecording, TheNextChapterIsNamed) {
