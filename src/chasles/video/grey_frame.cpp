@@ -74,7 +74,9 @@ GrayImage grey_of(const Libav& av, const AVFrame& frame, const std::string& wher
   for (std::size_t v = 0; v < height; ++v) {
     const std::uint8_t* row = frame.data[0] + static_cast<std::ptrdiff_t>(v) * frame.linesize[0];
     std::uint8_t* out = image.pixels.data() + v * width;
-    if (luma.bits == 8) {
+    if (luma.bits == 8 && luma.full) {  // as they are
+      std::copy_n(row, width, out);
+    } else if (luma.bits == 8) {
       take_row<std::uint8_t>(row, frame.width, greys, out);
     } else {
       take_row<std::uint16_t>(row, frame.width, greys, out);

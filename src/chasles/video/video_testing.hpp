@@ -137,10 +137,22 @@ class VideoWriter {
     stream->time_base = codec->time_base;
     avcodec_parameters_from_context(stream->codecpar, codec);
     if (form_.turn != 0) {
-      auto* matrix = reinterpret_cast<std::int32_t*>(
-          av_stream_new_side_data(stream, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
-      av_display_rotation_set(matrix, form_.turn);
+      av_display_rotation_set(new_matrix(*stream), form_.turn);
     }
+  }
+
+  static std::int32_t* new_matrix(AVStream& stream) {
+    constexpr std::size_t kBytes = 9 * sizeof(std::int32_t);
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 102)
+    AVCodecParameters& of = *stream.codecpar;
+    return reinterpret_cast<std::int32_t*>(
+        av_packet_side_data_new(&of.coded_side_data, &of.nb_coded_side_data,
+                                AV_PKT_DATA_DISPLAYMATRIX, kBytes, 0)
+            ->data);
+#else
+    return reinterpret_cast<std::int32_t*>(
+        av_stream_new_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, kBytes));
+#endif
   }
 
   AVStream* add_telemetry() {
