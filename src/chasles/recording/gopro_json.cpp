@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <fstream>
 #include <string_view>
 
@@ -11,6 +13,7 @@
 #include <chasles/codec/parse.hpp>
 #include <chasles/codec/text_file.hpp>
 #include <chasles/recording/gopro_json.hpp>
+#include <chasles/video/sample_times.hpp>
 
 namespace chasles {
 namespace {
@@ -51,33 +54,66 @@ double unit_factor(const JsonPlace& stream, bool force) {
                                force ? "m/s2 or g" : "rad/s or deg/s"));
 }
 
+JsonPlace samples_of_stream(const JsonPlace& stream) {
+  JsonPlace samples = stream.at("samples");
+  if (samples.is_list() && samples.size() > 0) return samples;
+  throw InputError(fmt::format("{}: expected a list of samples", samples.where()));
+}
+
+// [s]
+double time_of_sample(const JsonPlace& sample) {
+  const double milliseconds = sample.number("cts");
+  if (std::abs(milliseconds) < 1e3 * static_cast<double>(kLastSecond)) return 1e-3 * milliseconds;
+  throw InputError(fmt::format("{}.cts: found {} ms, expected a time up to the year 2115",
+                               sample.where(), milliseconds));
+}
+
 SensorStream read_stream(const fs::path& file, const JsonPlace& stream, const char* key) {
-  const bool force = key == kForceKey;
-  const double factor = unit_factor(stream, force);
+  const double factor = unit_factor(stream, key == std::string_view(kForceKey));
   const auto axes = axes_of_name(stream.has("name") ? stream.text("name") : "");
   SensorStream read{.name = fmt::format("{} of {}", key, file.filename().string()), .samples = {}};
-  const JsonPlace samples = stream.at("samples");
-  if (!samples.is_list()) {
-    throw InputError(fmt::format("{}: expected a list of samples", samples.where()));
-  }
+  const JsonPlace samples = samples_of_stream(stream);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const JsonPlace sample = samples.at(i), value = sample.at("value");
     if (value.size() != 3) {
       throw InputError(
           fmt::format("{}: has {} numbers, expected three", value.where(), value.size()));
     }
-    const double seconds = 1e-3 * sample.number("cts");
-    if (!(std::abs(seconds) < static_cast<double>(kLastSecond))) {
-      throw InputError(
-          fmt::format("{}.cts: found {} ms, expected the time since the start of the "
-                      "video",
-                      sample.where(), 1e3 * seconds));
-    }
     AxesSample& s = read.samples.emplace_back();
-    s.time = from_seconds(seconds);
+    s.time = from_seconds(time_of_sample(sample));
     for (std::size_t c = 0; c < 3; ++c) s.value[axes[c]] = factor * value.number(c);
   }
   return read;
+}
+
+// Its samples as blocks of one each, stamped by `cts`; none where a time is negative.
+std::vector<SampleBlock> blocks_of_stream(const JsonPlace& stream) {
+  const JsonPlace samples = samples_of_stream(stream);
+  std::vector<SampleBlock> blocks;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double microseconds = 1e6 * time_of_sample(samples.at(i));
+    if (microseconds < 0) return {};
+    blocks.push_back({.payload = i,
+                      .first = i,
+                      .count = 1,
+                      .stamp = static_cast<std::uint64_t>(std::llround(microseconds))});
+  }
+  return blocks;
+}
+
+// From microseconds of `cts` to seconds of the video.
+Line clock_of_cts(const JsonPlace& streams, const GoproJson& imu,
+                  const std::vector<VideoPicture>& pictures, std::string& by) {
+  for (const char* key : kStreamsOfPictures) {
+    if (!streams.has(key)) continue;
+    const auto line = clock_by_pictures(blocks_of_stream(streams.at(key)), pictures);
+    if (!line) continue;
+    by = fmt::format("by the clock of the pictures' {}", key);
+    return *line;
+  }
+  by = "the first one at the first picture, for no stream has a sample for each";
+  const Time first = std::min(imu.forces.samples.front().time, imu.rates.samples.front().time);
+  return {.x0 = 1e6 * to_seconds(first), .y0 = to_seconds(pictures.front().time), .slope = 1e-6};
 }
 
 }  // namespace
@@ -90,20 +126,25 @@ bool is_gopro_json(const fs::path& file) {
   return begin.find("\"streams\"") != std::string::npos;
 }
 
-GoproJson read_gopro_json(const fs::path& file, std::vector<std::string>& remarks) {
+GoproJson read_gopro_json(const fs::path& file, const std::vector<VideoPicture>& pictures,
+                          std::vector<std::string>& remarks) {
   const JsonFile json(file);
-  // The devices are numbered; a camera is the first one.
+  // The devices have numbers; a camera is the first one.
   for (int device = 1; device <= 9; ++device) {
     const std::string name = std::to_string(device);
     if (!json.root().has(name) || !json.root().at(name).has("streams")) continue;
     const JsonPlace streams = json.root().at(name).at("streams");
     if (!streams.has(kForceKey) && !streams.has(kRateKey)) continue;
+    GoproJson imu{.forces = read_stream(file, streams.at(kForceKey), kForceKey),
+                  .rates = read_stream(file, streams.at(kRateKey), kRateKey)};
+    std::string by;
+    const Line clock = clock_of_cts(streams, imu, pictures, by);
+    for (std::vector<AxesSample>* samples : {&imu.forces.samples, &imu.rates.samples}) {
+      for (AxesSample& s : *samples) s.time = from_seconds(clock(1e6 * to_seconds(s.time)));
+    }
     remarks.push_back(
-        fmt::format("the samples of the IMU are those of {}, by the video's clock "
-                    "(cts), as axes x, y, z of the camera",
-                    file.filename().string()));
-    return {.forces = read_stream(file, streams.at(kForceKey), kForceKey),
-            .rates = read_stream(file, streams.at(kRateKey), kRateKey)};
+        fmt::format("the samples of the IMU are those of {}, {}", file.filename().string(), by));
+    return imu;
   }
   throw InputError(fmt::format(
       "{}: has no device '1' with the streams ACCL and GYRO, expected what gopro-telemetry writes "

@@ -62,7 +62,7 @@ KalibrCalibration calibrate_video(const VideoPlace& place, Recording& recording)
 }
 
 // A table of samples that belongs to the video.
-bool read_table_of_video(const VideoPlace& place, Recording& recording) {
+bool read_table_of_video(const VideoPlace& place, const VideoIndex& index, Recording& recording) {
   std::optional<fs::path> table = place.first_of({"_imu.csv", ".csv"}, {"imu.csv"});
   if (!table && place.is_alone) table = find_imu_table(place.folder, recording.remarks);
   if (table) {
@@ -73,7 +73,7 @@ bool read_table_of_video(const VideoPlace& place, Recording& recording) {
   }
   const auto json = place.first_of({"_imu.json", ".json"}, {"imu_data.json"});
   if (json && is_gopro_json(*json)) {
-    GoproJson imu = read_gopro_json(*json, recording.remarks);
+    GoproJson imu = read_gopro_json(*json, index.pictures, recording.remarks);
     join_streams(json->string(), std::move(imu.forces), std::move(imu.rates),
                  Eigen::Matrix3d::Identity(), recording);
     return true;
@@ -86,7 +86,7 @@ bool read_table_of_video(const VideoPlace& place, Recording& recording) {
 
 // A table beside the video counts before the telemetry in it.
 void read_samples_of_video(const VideoPlace& place, const VideoIndex& index, Recording& recording) {
-  if (read_table_of_video(place, recording)) {
+  if (read_table_of_video(place, index, recording)) {
     if (!index.telemetry.empty()) {
       recording.remarks.push_back(
           "the video has telemetry of its own, which is not read: the table beside it is");

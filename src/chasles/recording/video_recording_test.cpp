@@ -142,35 +142,54 @@ TEST_F(VideoRecording, MasksAreFoundByNameAndUmisIsInverted) {
   expect_parts(error(), {"slam_mask.png: all pixels of this mask are white", "is it inverted?"});
 }
 
-// One device of gopro-telemetry: values are z, x, y; the gyroscope begins 30 ms late.
-std::string gopro_json(const std::string& units = "m/s2") {
-  const auto stream = [](double first, double period, const std::string& about) {
+// One device of gopro-telemetry: values are z, x, y; the gyroscope begins 30 ms after the
+// accelerometer. `cts` are by a clock in which the video begins at 85.6 ms, and the accelerometer
+// 5 ms before; it runs 1.001 times as fast as that of the pictures.
+std::string gopro_json(const std::string& units = "m/s2", const std::string& of_pictures = "CORI",
+                       const std::vector<ImageFrame>& pictures = {}) {
+  const auto cts = [](double seconds) { return 85.6 + 1001.0 * seconds; };
+  const auto stream = [&](double first, double period, const std::string& about) {
     std::string samples;
     for (int i = 0; i * period < 1.0; ++i) {
       samples +=
           fmt::format(R"({}{{"value":[9.5,1,2],"cts":{},"date":"2024-01-01T00:00:00.000Z"}})",
-                      i > 0 ? "," : "", 1e3 * (first + i * period));
+                      i > 0 ? "," : "", cts(first + i * period));
     }
     return fmt::format(R"({{"samples":[{}],{}}})", samples, about);
   };
+  std::string shown;
+  for (const ImageFrame& picture : pictures) {
+    shown += fmt::format(R"({}{{"value":[1,0,0,0],"cts":{}}})", shown.empty() ? "" : ",",
+                         cts(to_seconds(picture.time)));
+  }
   return fmt::format(
-      R"({{"1":{{"streams":{{"ACCL":{},"GYRO":{}}},"device name":"Hero9 Black"}},"frames/second":30}})",
-      stream(0, 0.005, fmt::format(R"("name":"Accelerometer","units":"{}")", units)),
-      stream(0.03, 0.005, R"~("name":"Gyroscope (z,x,y)","units":"rad/s")~"));
+      R"({{"1":{{"streams":{{"ACCL":{},"GYRO":{},"{}":{{"samples":[{}]}}}},"device name":"Hero9"}},"frames/second":30}})",
+      stream(-0.005, 0.005, fmt::format(R"("name":"Accelerometer","units":"{}")", units)),
+      stream(0.025, 0.005, R"~("name":"Gyroscope (z,x,y)","units":"rad/s")~"), of_pictures, shown);
 }
 
-TEST_F(VideoRecording, TheJsonOfGoproTelemetryIsReadWithTheTimesOfBothSensors) {
+TEST_F(VideoRecording, TheJsonOfGoproTelemetryIsReadByTheClockOfThePictures) {
   fs::remove(folder / "imu.csv");
   for (const char* units : {"m/s2", "m/s\xc2\xb2"}) {
-    test::spill(folder / "imu_data.json", gopro_json(units));
+    test::spill(folder / "imu_data.json", gopro_json(units, "CORI", pictures));
     const Recording r = read_recording(folder);
-    EXPECT_EQ(r.imu.front().time, std::chrono::milliseconds(30));
+    EXPECT_NEAR(to_seconds(r.imu.front().time), 0.025, 2e-6);
+    EXPECT_NEAR(to_seconds(r.imu[100].time), 0.525, 2e-6);
     EXPECT_EQ(r.imu.front().specific_force_imu, Eigen::Vector3d(1, 2, 9.5));
     EXPECT_EQ(r.imu.front().angular_rate_imu, Eigen::Vector3d(1, 2, 9.5));
-    expect_parts(remarks_of(r), {"those of imu_data.json, by the video's clock"});
+    expect_parts(remarks_of(r), {"those of imu_data.json, by the clock of the pictures' CORI"});
   }
   fs::rename(folder / "imu_data.json", folder / "walk.json");
-  EXPECT_EQ(read_recording(folder / "walk.mp4").imu.size(), 194u);
+  EXPECT_NEAR(static_cast<double>(read_recording(folder / "walk.mp4").imu.size()), 195, 2);
+}
+
+// The accelerometer then begins at the first picture.
+TEST_F(VideoRecording, JsonWithoutAStreamOfPicturesBeginsWithThem) {
+  fs::remove(folder / "imu.csv");
+  test::spill(folder / "imu_data.json", gopro_json("m/s2", "MAGN", pictures));
+  const Recording r = read_recording(folder);
+  EXPECT_NEAR(to_seconds(r.imu.front().time), 1.001 * 0.030, 2e-6);
+  expect_parts(remarks_of(r), {"the first one at the first picture"});
 }
 
 TEST_F(VideoRecording, OddJsonIsAnErrorWithItsPlace) {
@@ -187,8 +206,9 @@ TEST_F(VideoRecording, OddJsonIsAnErrorWithItsPlace) {
                {"imu_data.json: 1.streams.ACCL.samples[0].value: has 2 numbers, expected three"});
   expect_parts(rejected(changed("[9.5,1,2]", "[9.5,\"1\",2]")),
                {"samples[0].value[1]: found '\"1\"', expected a finite number"});
-  expect_parts(rejected(changed("\"cts\":0", "\"cts\":null")), {"samples[0] 'cts' is missing"});
-  expect_parts(rejected(changed("\"cts\":0", "\"cts\":1e300")), {"samples[0].cts: found"});
+  expect_parts(rejected(changed("\"cts\":", "\"cts\":null,\"c\":")),
+               {"samples[0] 'cts' is missing"});
+  expect_parts(rejected(changed("\"cts\":", "\"cts\":1e300,\"c\":")), {"samples[0].cts: found"});
   expect_parts(rejected(changed("GYRO", "GYRA")), {"streams 'GYRO' is missing"});
   expect_parts(rejected(changed("m/s2", "V")), {"ACCL.units: found 'V', expected m/s2 or g"});
   expect_parts(rejected(changed("{\"1\"", "{\"A\"")), {"has no device '1'"});

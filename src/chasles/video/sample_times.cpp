@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include <chasles/base/median.hpp>
-#include <chasles/video/sample_times_detail.hpp>
+#include <chasles/video/sample_times.hpp>
 
 namespace chasles {
 namespace {

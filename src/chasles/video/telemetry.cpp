@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <utility>
@@ -11,7 +10,7 @@
 #include <chasles/codec/imu_units.hpp>
 #include <chasles/codec/parse.hpp>
 #include <chasles/video/gpmf.hpp>
-#include <chasles/video/sample_times_detail.hpp>
+#include <chasles/video/sample_times.hpp>
 #include <chasles/video/telemetry.hpp>
 
 namespace chasles {
@@ -19,8 +18,6 @@ namespace {
 
 constexpr const char* kForces = "ACCL";
 constexpr const char* kRates = "GYRO";
-// Of streams with a sample for each picture, the first one that is there counts.
-constexpr std::array<const char*, 4> kOfPictures{"SHUT", "ISOE", "ISOG", "WRGB"};
 constexpr std::string_view kAxes = "XYZ";
 
 /// The streams of one payload, and its number.
@@ -204,7 +201,7 @@ struct StampClock {
 StampClock clock_of_stamps(const VideoIndex& index, const std::vector<ReadPayload>& payloads,
                            const std::string& device, const WholeStream& forces,
                            const WholeStream& rates) {
-  for (const char* key : kOfPictures) {
+  for (const char* key : kStreamsOfPictures) {
     const WholeStream of_pictures = whole_stream(index, payloads, device, key);
     if (const auto line = clock_by_pictures(of_pictures.blocks, index.pictures)) {
       return {.line = *line, .by = fmt::format("those of the pictures' {}", key)};

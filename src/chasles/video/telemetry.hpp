@@ -24,7 +24,7 @@ struct Telemetry {
 ///
 /// Times: where the streams are stamped (STMP), a sample is between the stamps of the payloads
 /// around it. The stamps' clock is that of the pictures by a stream that has one sample for each
-/// picture, or for every n-th (SHUT, ISOE, ISOG, WRGB): offset and rate of the straight line
+/// picture, or for every n-th (kStreamsOfPictures): offset and rate of the straight line
 /// through its stamps. Without such a stream the first stamp of the two sensors is at the start of
 /// its payload. Streams without stamps (HERO5, 6) have the numbers of their samples (TSMP) at the
 /// starts of the payloads: the straight line through them, because a payload takes what has come by

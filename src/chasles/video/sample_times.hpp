@@ -1,8 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include <chasles/base/time.hpp>
@@ -19,6 +19,11 @@ struct SampleBlock {
   std::optional<std::uint64_t> stamp;  ///< of its first sample [us]
   double delay = 0;                    ///< [s]
 };
+
+/// GoPro's streams that have a sample for each picture, or for every n-th: the first one that is
+/// there counts.
+inline constexpr std::array<const char*, 5> kStreamsOfPictures{"SHUT", "ISOE", "ISOG", "WRGB",
+                                                               "CORI"};
 
 /// A straight line, by least squares.
 struct Line {
