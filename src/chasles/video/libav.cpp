@@ -1,6 +1,4 @@
 #include <dlfcn.h>
-#include <string>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -75,8 +73,10 @@ void find_format(void* library, std::string_view file, Libav& av) {
   find_in(library, file, "av_seek_frame", av.seek);
 }
 
-Libav load_libav() {
-  const auto files = split_words(kLibavFiles);
+}  // namespace
+
+Libav load_libav(std::string_view names) {
+  const auto files = split_words(names);
   Libav av{};  // the libraries stay loaded until the program ends
   find_util(load_libav_file(files[0]), files[0], av);
   find_codec(load_libav_file(files[1]), files[1], av);
@@ -88,11 +88,9 @@ Libav load_libav() {
   return av;
 }
 
-}  // namespace
-
 const Libav& libav(const std::string& where) {
   try {
-    static const Libav functions = load_libav();
+    static const Libav functions = load_libav(kLibavFiles);
     return functions;
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", where, error.what()));

@@ -7,6 +7,9 @@ extern "C" {
 #include <libavutil/pixdesc.h>
 }
 
+#include <string>
+#include <string_view>
+
 namespace chasles {
 
 /// The functions of FFmpeg's libraries that this folder uses. They are loaded when the first video
@@ -49,6 +52,9 @@ struct Libav {
 /// Throws InputError, starting with `where`, if the libraries are not installed. They are those of
 /// the major versions of the headers, whose structs this folder uses.
 const Libav& libav(const std::string& where);
+
+/// The same from these files: libavutil, libavcodec and libavformat of one version, between blanks.
+Libav load_libav(std::string_view files);
 
 /// What an error of the libraries says.
 std::string libav_error(const Libav& av, int error);

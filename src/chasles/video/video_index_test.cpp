@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/recording/testing.hpp>
+#include <chasles/video/libav.hpp>
 #include <chasles/video/picture_testing.hpp>
 #include <chasles/video/video_index.hpp>
 
@@ -118,6 +119,12 @@ TEST(VideoIndex, AnotherCodecIsNamedWithWhatToDo) {
   expect_parts(
       error_of(written({.encoder = "mpeg4", .full_range = false, .ticks_per_second = 30'000})),
       {"its pictures are mpeg4, expected H.264, H.265 or Motion JPEG", "ffmpeg -i"});
+}
+
+TEST(VideoIndex, AMissingLibraryIsNamedWithItsPackage) {
+  expect_parts(
+      input_error([] { load_libav("libavutil.so.1 libavcodec.so.1 libavformat.so.1"); }),
+      {"libavutil.so.1 cannot be loaded, and videos need it", "Debian, Ubuntu: libavutil1"});
 }
 
 TEST(VideoIndex, AVideoWithoutPicturesIsAnError) {
