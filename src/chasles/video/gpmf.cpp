@@ -72,8 +72,12 @@ double number_of(char type, std::string_view bytes) {
 
 [[noreturn]] void fail_item(const std::string& where, const GpmfItem& item,
                             const std::string& what) {
-  throw InputError(fmt::format("{}: {} of {} samples of {} bytes, type '{}': {}", where, item.key,
-                               item.repeat, item.size, item.type == '\0' ? '0' : item.type, what));
+  // Damaged letters may be anything.
+  std::string letters = item.key + item.type;
+  for (char& c : letters) c = c >= ' ' && c <= '~' ? c : '?';
+  throw InputError(fmt::format("{}: {} of {} samples of {} bytes, type '{}': {}", where,
+                               letters.substr(0, 4), item.repeat, item.size, letters.substr(4),
+                               what));
 }
 
 // Divides the channels by the scale that the stream states: one for all, or one each.

@@ -48,9 +48,11 @@ void put_in_order(VideoIndex& index, PacketCounts& counts) {
   std::ranges::stable_sort(index.keys, {}, &VideoKey::pts);
   std::ranges::stable_sort(index.pictures, {}, &VideoPicture::pts);
   // Ticks may be shorter than a nanosecond.
-  const auto same = std::ranges::unique(index.pictures, {}, &VideoPicture::time);
-  counts.repeated = static_cast<int>(same.size());
-  index.pictures.erase(same.begin(), same.end());
+  const auto same =
+      std::unique(index.pictures.begin(), index.pictures.end(),
+                  [](const VideoPicture& a, const VideoPicture& b) { return a.time == b.time; });
+  counts.repeated = static_cast<int>(index.pictures.end() - same);
+  index.pictures.erase(same, index.pictures.end());
 }
 
 // The matrix of the file turns the picture clockwise where its angle is negative.
