@@ -136,6 +136,20 @@ TEST(FrameDecoder, OtherFormsOfPixelsAreErrorsWithWhatToDo) {
                      {"the picture at 0.000000 s: its pixels are gbrp", "-pix_fmt yuv420p"});
 }
 
+// Pictures before 0 are in the file, and an edit list cuts them: the first one that is shown is in
+// the middle of a group.
+TEST(FrameDecoder, AnEditListCutsPicturesThatOthersArePredictedFrom) {
+  auto pictures = moving_pictures(20);
+  const Time zero = pictures[5].time;
+  for (ImageFrame& picture : pictures) picture.time -= zero;
+  FrameDecoder decoder = written_video(pictures, kLossless);
+  ASSERT_EQ(decoder.index().pictures.size(), 15u);
+  for (std::size_t i = 0; i < 15; ++i) {
+    EXPECT_EQ(decoder.index().pictures[i].time, pictures[5 + i].time) << i;
+    EXPECT_EQ(worst(decoder.read(i), pictures[5 + i].images[0]), 0) << i;
+  }
+}
+
 TEST(FrameDecoder, OddSizesAreRead) {
   const auto pictures = moving_pictures(4, 62, 46);
   FrameDecoder decoder = written_video(pictures, kLossless);  // 62 x 46 of 64 x 48 coded

@@ -88,6 +88,7 @@ class VideoWriter {
   }
 
   void write_all(const std::vector<TimedBytes>& telemetry) {
+    format_->avoid_negative_ts = 0;  // what is before 0 is cut by an edit list
     for (int v = 0; v < form_.videos; ++v) add_video();
     AVStream* data = telemetry.empty() ? nullptr : add_telemetry();
     AVStream* sound = form_.sound ? add_sound() : nullptr;
