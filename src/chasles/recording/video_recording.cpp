@@ -72,7 +72,8 @@ bool read_table_of_video(const VideoPlace& place, const VideoIndex& index, Recor
     return true;
   }
   const auto json = place.first_of({"_imu.json", ".json"}, {"imu_data.json"});
-  if (json && is_gopro_json(*json)) {
+  // Beside a video any .json may be anything, but for this name.
+  if (json && (json->filename() == "imu_data.json" || is_gopro_json(*json))) {
     GoproJson imu = read_gopro_json(*json, index.pictures, recording.remarks);
     join_streams(json->string(), std::move(imu.forces), std::move(imu.rates),
                  Eigen::Matrix3d::Identity(), recording);
@@ -165,6 +166,7 @@ Recording read_video_recording(const fs::path& path) {
   recording.name = name;  // calibration.yaml may be that of many recordings
   VideoIndex index = read_video_index(place.video, recording.remarks);
   read_samples_of_video(place, index, recording);
+  index.telemetry.clear();  // the pictures keep the index
   take_noise_of_samples(rig, recording);
   if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
   std::vector<Time> times =

@@ -215,6 +215,7 @@ TEST_F(VideoRecording, OddJsonIsAnErrorWithItsPlace) {
   expect_parts(rejected("{\"1\":{\"streams\":{\"ACCL\":{\"samples\":7},\"GYRO\":{}}}}"),
                {"ACCL.samples: expected a list"});
   expect_parts(rejected("{\"streams\""), {"imu_data.json"});
+  expect_parts(rejected("[1]"), {"imu_data.json"});
 }
 
 TEST_F(VideoRecording, TheTelemetryInTheVideoIsReadUnlessATableIsBesideIt) {
