@@ -28,8 +28,8 @@ void declare_threads(CLI::App& parser, int& threads) {
 void declare_input(CLI::App& parser, RunCommandOptions& o) {
   parser
       .add_option("RECORDING", o.input.recording,
-                  "EuRoC, KITTI or image folder, bag of ROS 1 or ROS 2, ECE276A .npz, STARS .mat, "
-                  "AprilGrid tracks, or the project's own folder (docs/formats.md)")
+                  "EuRoC, KITTI or image folder, video, bag of ROS 1 or ROS 2, ECE276A .npz, STARS "
+                  ".mat, AprilGrid tracks, or the project's own folder (docs/formats.md)")
       ->required()
       ->type_name("");
   const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {

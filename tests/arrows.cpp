@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Prefix of an external library's headers, and its CMake target.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 25> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
@@ -24,6 +24,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kLibrari
     {"CLI/", "CLI11::CLI11"},
     {"zip.h", "PkgConfig::libzip"},
     {"matio.h", "matio::at_run_time"},
+    {"libav", "libav::at_run_time"},
     {"libdeflate.h", "PkgConfig::libdeflate"},
     {"jpeglib.h", "JPEG::JPEG"},
     {"jerror.h", "JPEG::JPEG"},

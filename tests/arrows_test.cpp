@@ -39,7 +39,9 @@ const Arrows kArrows = {
     {"calibration", {"codec"}},
     // Bags of ROS, their messages and topics. Their images and samples become a Recording above.
     {"bags", {"calibration"}},
-    {"recording", {"bags"}},
+    // Videos and the telemetry in them: when pictures and samples are, and the pictures.
+    {"video", {"codec"}},
+    {"recording", {"bags", "video"}},
     {"run_folder", {"recording"}},
     // Diagnoses a recording; estimates nothing but the clock of body velocities.
     {"check", {"recording", "velocity"}},
@@ -90,6 +92,7 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"codec", {"run_folder"}},
                           {"calibration", {"recording"}},
                           {"bags", {"recording"}},
+                          {"video", {"recording"}},
                           {"recording", {"run_folder"}},
                           {"session", {"sim"}},
                           {"robot", {"sim"}}}));

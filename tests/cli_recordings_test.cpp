@@ -114,6 +114,17 @@ TEST(BatchCommand, RunsBatchEstimationByDefault) {
   EXPECT_EQ(slurp(folder / "out/runs/a/states.csv"), slurp(folder / "alone/states.csv"));
 }
 
+TEST(BatchCommand, ARecordingWithoutATruthHasAVerdictAndNoErrors) {
+  const Scratch folder;
+  simulate(folder, 1);
+  for (const char* file : {"truth.tum", "true_motion.csv", "landmarks_truth.csv"}) {
+    fs::remove(folder / "in/a" / file);
+  }
+  const Outcome outcome = chasles(folder, kBatch + "in/a -o out");
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  EXPECT_FALSE(lines_of(outcome.out)[0].contains("ate_m"));
+}
+
 TEST(BatchCommand, AListHasSettingsOfItsOwn) {
   const Scratch folder;
   simulate(folder, 1);

@@ -7,7 +7,7 @@ namespace chasles::fuzz {
 std::vector<Kind> kinds() {
   std::vector<Kind> all;
   for (auto* list : {velocity_kinds, inertial_kinds, image_folder_kinds, rig_kinds, bag_kinds,
-                     single_file_kinds}) {
+                     video_kinds, single_file_kinds}) {
     for (const Kind& kind : list()) all.push_back(kind);
   }
   return all;

@@ -28,6 +28,7 @@ std::vector<Kind> inertial_kinds();      ///< samples of an IMU, and tracks
 std::vector<Kind> image_folder_kinds();  ///< samples of an IMU, and images
 std::vector<Kind> rig_kinds();           ///< calibrations of many cameras, with their lenses
 std::vector<Kind> bag_kinds();           ///< bags of ROS, their messages and chunks
+std::vector<Kind> video_kinds();         ///< videos, their telemetry, and JSON beside them
 std::vector<Kind> single_file_kinds();   ///< images, trajectories, settings
 
 /// Creates a folder for this process, in memory if the system supports that.

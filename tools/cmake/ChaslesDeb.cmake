@@ -93,13 +93,19 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
 set(same "(= ${CHASLES_DEB_VERSION})")
 set(library ${package_of_library-shared})
-# libmatio is opened when a .mat file is read: dpkg-shlibdeps cannot see it.
-execute_process(COMMAND dpkg-query --search */${CHASLES_MATIO_FILE} OUTPUT_VARIABLE matio_package
-  COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX REPLACE ":.*" "" matio_package "${matio_package}")
+# libmatio is opened when a .mat file is read, FFmpeg's libraries when a video is: dpkg-shlibdeps cannot see
+# them.
+set(opened_packages)
+foreach(file ${CHASLES_MATIO_FILE} ${CHASLES_LIBAV_FILES})
+  execute_process(COMMAND dpkg-query --search */${file} OUTPUT_VARIABLE opened_package
+    COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX REPLACE ":.*" "" opened_package "${opened_package}")
+  list(APPEND opened_packages ${opened_package})
+endforeach()
+list(JOIN opened_packages ", " opened_packages)
 
 set(CPACK_DEBIAN_LIBRARY-SHARED_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_LIBRARY-SHARED_PACKAGE_RECOMMENDS ${matio_package})
+set(CPACK_DEBIAN_LIBRARY-SHARED_PACKAGE_RECOMMENDS "${opened_packages}")
 set(CPACK_DEBIAN_LIBRARY-SHARED_PACKAGE_CONTROL_EXTRA ${tools}/deb/triggers)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
@@ -112,7 +118,7 @@ set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_SECTION python)
 math(EXPR next_minor "${Python_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_DEPENDS
   "python3 (>= 3.${Python_VERSION_MINOR}~), python3 (<< 3.${next_minor}), python3-numpy")
-set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_RECOMMENDS ${matio_package})
+set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_RECOMMENDS "${opened_packages}")
 set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_CONTROL_EXTRA ${tools}/deb/postinst ${tools}/deb/prerm)
 
 # CPack would put one summary before all of these, whose first lines are summaries.

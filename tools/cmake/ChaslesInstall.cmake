@@ -15,7 +15,8 @@ function(chasles_install_headers component)
     # What only one folder's sources include, among it all that needs other headers than Eigen's and
     # nlohmann's.
     PATTERN "series.hpp" EXCLUDE PATTERN "*_detail.hpp" EXCLUDE PATTERN "map_bytes.hpp" EXCLUDE
-    PATTERN "matio_library.hpp" EXCLUDE PATTERN "jpeg_error.hpp" EXCLUDE
+    PATTERN "matio_library.hpp" EXCLUDE PATTERN "libav.hpp" EXCLUDE PATTERN "container.hpp" EXCLUDE
+    PATTERN "jpeg_error.hpp" EXCLUDE
     PATTERN "time_order.hpp" EXCLUDE)
 endfunction()
 
@@ -37,6 +38,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmak
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/chaslesConfig.cmake
   ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/tools/cmake/ChaslesLibav.cmake
   ${PROJECT_SOURCE_DIR}/tools/cmake/ChaslesMatio.cmake ${PROJECT_SOURCE_DIR}/tools/cmake/ChaslesOpenCV.cmake
   DESTINATION ${package_dir} COMPONENT library ${unless_named})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)

@@ -144,7 +144,7 @@ endfunction()
 function(chasles_source_dir program)
   foreach(source ${ARGN})
     file(STRINGS ${source} found LIMIT_COUNT 1
-      REGEX "CHASLES_SOURCE_DIR|frontend_testing.hpp|(bags|calibration|check|codec|recording|run_folder|report)/.*testing.hpp")
+      REGEX "CHASLES_SOURCE_DIR|frontend_testing.hpp|(bags|calibration|check|codec|recording|run_folder|report|video)/.*testing.hpp")
     if(found)
       target_compile_definitions(${program} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
       return()

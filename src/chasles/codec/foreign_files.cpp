@@ -20,8 +20,8 @@ struct Signature {
 };
 
 constexpr std::string_view kVideo =
-    "a video: extract its images into images/cam0, named by their times in nanoseconds, and put "
-    "imu.csv and a calibration beside images";
+    "a video that is no MP4: copy its pictures into one with `ffmpeg -i FILE -c copy NEW.mp4`, and "
+    "put the samples of the IMU and a calibration beside it (docs/videos.md)";
 constexpr std::string_view kPicture =
     "a single image: give the folder of a recording (docs/your-recording.md)";
 constexpr std::string_view kArchive = "an archive: unpack it, and give the folder";
@@ -35,9 +35,6 @@ constexpr std::string_view kColmap =
     "recording that its images come from";
 
 constexpr std::array kSignatures{
-    Signature{4, "ftyp", kVideo},
-    Signature{4, "moov", kVideo},
-    Signature{4, "mdat", kVideo},
     Signature{8, "AVI ", kVideo},
     Signature{0, "\x1a\x45\xdf\xa3", kVideo},
     Signature{0, "\x89PNG", kPicture},

@@ -103,8 +103,11 @@ void add_figures(Json& record, const Json& summary, const std::optional<PathFigu
   record["bound_m"] = finite(kBoundSigmas * path->worst_sigma_m);
   record["worst_sigma_deg"] = finite(path->worst_turn_deg);
   record["drift_m_per_100m"] = finite(path->drift_m_per_100m);
-  // The truth is not in the frame of a map.
-  if (path->path == "in_map" || summary.value("matched", 0.0) <= 0) return;
+  // The truth is not in the frame of a map; without one `matched` is null.
+  const auto matched = summary.find("matched");
+  const bool has_truth =
+      matched != summary.end() && matched->is_number() && matched->get<double>() > 0;
+  if (path->path == "in_map" || !has_truth) return;
   const Json& errors =
       path->path == "smoothed" && summary.contains("smoothed") ? summary.at("smoothed") : summary;
   for (const char* name : {"ate_m", "ate_posyaw_m", "nees_pose"}) record[name] = errors.at(name);

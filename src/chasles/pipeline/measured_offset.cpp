@@ -88,7 +88,7 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
                                                  const FrontendSettings& settings, double seconds,
                                                  const StopRequest& stop) {
   if (!recording.images || recording.cameras.empty()) return recording.frames;
-  std::vector<GrayImage> masks = read_masks(settings.mask, recording.cameras);
+  std::vector<GrayImage> masks = masks_of(settings.mask, recording);
   masks.resize(std::min<std::size_t>(masks.size(), 1));
   FrontendSettings alone = settings;
   alone.stereo = false;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/error.hpp>
+#include <chasles/calibration/calibration.hpp>
 #include <chasles/calibration/imu_range.hpp>
 #include <chasles/recording/apply_calibration.hpp>
 
@@ -30,6 +32,29 @@ void take_kalibr(const KalibrCalibration& calibration, Recording& recording) {
   recording.imu_range = calibration.imu_range;
   recording.remarks.insert(recording.remarks.end(), calibration.remarks.begin(),
                            calibration.remarks.end());
+}
+
+KalibrCalibration take_own_calibration(const std::filesystem::path& file, std::size_t cameras,
+                                       Recording& recording) {
+  FolderCalibration calibration = read_calibration(file);
+  if (calibration.cameras.empty() || !calibration.imu_convention) {
+    throw InputError(fmt::format(
+        "{}: has no {}, expected both beside images", file.string(),
+        calibration.cameras.empty() ? "cameras (a list)" : "imu_convention (and so no IMU)"));
+  }
+  cameras = std::min(cameras, calibration.cameras.size());
+  calibration.cameras.resize(cameras);
+  calibration.time_offsets.resize(cameras);
+  recording.name = calibration.name;
+  recording.cameras = calibration.cameras;
+  recording.imu_convention = *calibration.imu_convention;
+  recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
+  recording.single_pixel_sigma = calibration.single_pixel_sigma;
+  recording.truth_level = calibration.truth_level;
+  recording.remarks = calibration.remarks;
+  remark_on_time_offsets(calibration.time_offsets, recording.remarks);
+  return {.time_offsets = calibration.time_offsets};
 }
 
 void take_noise_of_samples(const KalibrCalibration& calibration, Recording& recording) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+
 #include <chasles/calibration/imu_intrinsics.hpp>
 #include <chasles/calibration/kalibr.hpp>
 #include <chasles/recording/recording.hpp>
@@ -12,6 +14,12 @@ ImuRange range_of(const Recording& recording);
 /// Gives the recording cameras, noise, range and remarks. Time offsets and intrinsics are applied
 /// to images and samples by open_cameras() and correct_samples().
 void take_kalibr(const KalibrCalibration& calibration, Recording& recording);
+
+/// The same from calibration.yaml, with its name and convention of samples: the first `cameras`
+/// cameras. Returns their time offsets. Throws InputError for one without cameras or without an
+/// IMU, and as read_calibration().
+KalibrCalibration take_own_calibration(const std::filesystem::path& file, std::size_t cameras,
+                                       Recording& recording);
 
 /// Makes densities of a noise that is stated for samples, by the interval between the recording's
 /// samples, with a remark; nothing for other calibrations. VINS-Mono (Qin, Li and Shen 2018) adds

@@ -61,7 +61,7 @@ bool is_recording_folder(const fs::path& folder) {
   std::error_code ignored;
   return is_euroc_asl_folder(folder) || is_kitti_raw_folder(folder) ||
          is_kitti_odometry_folder(folder) || is_image_folder(folder) || is_bag_folder(folder) ||
-         fs::exists(folder / "calibration.yaml", ignored);
+         is_video_folder(folder) || fs::exists(folder / "calibration.yaml", ignored);
 }
 
 using Verdict = std::optional<std::string>;

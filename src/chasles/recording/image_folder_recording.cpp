@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/calibration/calibration.hpp>
 #include <chasles/calibration/foreign_calibration.hpp>
 #include <chasles/calibration/kalibr.hpp>
 #include <chasles/codec/csv.hpp>
@@ -24,29 +23,6 @@ namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
-
-KalibrCalibration take_own_calibration(const fs::path& file, std::size_t cameras,
-                                       Recording& recording) {
-  FolderCalibration calibration = read_calibration(file);
-  if (calibration.cameras.empty() || !calibration.imu_convention) {
-    throw InputError(fmt::format(
-        "{}: has no {}, expected both beside a folder of images", file.string(),
-        calibration.cameras.empty() ? "cameras (a list)" : "imu_convention (and so no IMU)"));
-  }
-  cameras = std::min(cameras, calibration.cameras.size());
-  calibration.cameras.resize(cameras);
-  calibration.time_offsets.resize(cameras);
-  recording.name = calibration.name;
-  recording.cameras = calibration.cameras;
-  recording.imu_convention = *calibration.imu_convention;
-  recording.imu_noise = calibration.imu_noise;
-  recording.imu_range = calibration.imu_range;
-  recording.single_pixel_sigma = calibration.single_pixel_sigma;
-  recording.truth_level = calibration.truth_level;
-  recording.remarks = calibration.remarks;
-  remark_on_time_offsets(calibration.time_offsets, recording.remarks);
-  return {.time_offsets = calibration.time_offsets};
-}
 
 // The project's own calibration, or that of another program.
 KalibrCalibration take_calibration(const fs::path& folder, std::size_t cameras,

@@ -238,6 +238,15 @@ std::vector<StampedFile> by_number(const fs::path& list, const ListRows& rows,
 
 }  // namespace
 
+std::vector<Time> read_time_list(const fs::path& list, std::vector<std::string>& remarks) {
+  const ListRows rows = read_rows(list);
+  if (rows.rows.empty()) {
+    throw InputError(
+        fmt::format("{}: lists no time, expected one for each picture", list.string()));
+  }
+  return times_of(list, rows, column_of_times(list, rows, std::nullopt), "the video", remarks);
+}
+
 CameraFiles read_image_list(const fs::path& list, const CameraPlace& place,
                             std::vector<std::string>& remarks) {
   const ListRows rows = read_rows(list);

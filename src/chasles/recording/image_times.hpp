@@ -37,6 +37,10 @@ std::optional<CameraFiles> list_camera_images(const CameraPlace& place,
 CameraFiles read_image_list(const std::filesystem::path& list, const CameraPlace& place,
                             std::vector<std::string>& remarks);
 
+/// The times of a list without its names: of any pictures in order.
+std::vector<Time> read_time_list(const std::filesystem::path& list,
+                                 std::vector<std::string>& remarks);
+
 /// Takes whole numbers without a unit for micro- or milliseconds where they are within the samples
 /// as such, and as nanoseconds none is; with a remark. For all cameras alike.
 void fit_units(std::vector<std::optional<CameraFiles>>& cameras, const std::vector<ImuSample>& imu,

@@ -43,14 +43,8 @@ std::string of_transparency(const std::string& file) {
   return has_alpha(file) ? "; its transparency does not count" : "";
 }
 
-GrayImage read_mask(const std::string& file, const Camera& camera) {
-  if (file.empty()) return {};
-  GrayImage mask = read_image(file, {.width = camera.width, .height = camera.height});
-  if (covered_share(mask) < 1) return mask;
-  throw InputError(
-      fmt::format("{}: all pixels of this mask are black, so that nothing would be tracked{}; "
-                  "expected black only where nothing is to be tracked: is it inverted?",
-                  file, of_transparency(file)));
+GrayImage named_mask(const std::string& file, const Camera& camera) {
+  return file.empty() ? GrayImage{} : read_mask(file, MaskKind::kBlackHides, camera);
 }
 
 }  // namespace
@@ -59,10 +53,29 @@ std::vector<GrayImage> read_masks(const std::string& names, const std::vector<Ca
   if (trimmed(names).empty()) return {};
   std::vector<GrayImage> masks;
   for (const std::string& file : mask_files(names, cameras.size())) {
-    masks.push_back(read_mask(file, cameras[masks.size()]));
+    masks.push_back(named_mask(file, cameras[masks.size()]));
   }
   masks.resize(cameras.size());
   return masks;
+}
+
+std::vector<GrayImage> masks_of(const std::string& names, const Recording& recording) {
+  return trimmed(names).empty() ? recording.masks : read_masks(names, recording.cameras);
+}
+
+GrayImage read_mask(const std::filesystem::path& file, MaskKind kind, const Camera& camera) {
+  const std::string name = file.string();
+  GrayImage mask = read_image(file, {.width = camera.width, .height = camera.height});
+  const bool inverted = kind == MaskKind::kWhiteHides;
+  if (inverted) {
+    for (std::uint8_t& pixel : mask.pixels) pixel = pixel > 0 ? 0 : 255;
+  }
+  if (covered_share(mask) < 1) return mask;
+  const char* hides = inverted ? "white" : "black";
+  throw InputError(
+      fmt::format("{}: all pixels of this mask are {}, so that nothing would be tracked{}; "
+                  "expected {} only where nothing is to be tracked: is it inverted?",
+                  name, hides, of_transparency(name), hides));
 }
 
 double covered_share(const GrayImage& mask) {
@@ -78,7 +91,7 @@ std::vector<std::string> mask_remarks(const std::string& names,
   const std::vector<std::string> files = mask_files(names, cameras.size());
   for (std::size_t c = 0; c < files.size(); ++c) {
     if (files[c].empty()) continue;
-    const double covered = covered_share(read_mask(files[c], cameras[c]));
+    const double covered = covered_share(named_mask(files[c], cameras[c]));
     if (covered > 0 && covered < kNearlyAll) continue;
     remarks.push_back(
         covered > 0

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/image_frame.hpp>
+#include <chasles/recording/recording.hpp>
 
 namespace chasles {
 
@@ -14,6 +16,18 @@ namespace chasles {
 /// transparency does not count. Throws UsageError for more names than cameras, and InputError for a
 /// file that cannot be read, has another size than its camera, or covers the whole image.
 std::vector<GrayImage> read_masks(const std::string& names, const std::vector<Camera>& cameras);
+
+/// The masks of a run: those of the setting, as read_masks(); without it the recording's own.
+std::vector<GrayImage> masks_of(const std::string& names, const Recording& recording);
+
+/// What the grey of a mask's file says.
+enum class MaskKind {
+  kBlackHides,  ///< as the setting has it
+  kWhiteHides,  ///< any other grey, as the slam_mask.png of UMI has it
+};
+
+/// The mask of a file, for Recording::masks. Throws InputError as read_masks().
+GrayImage read_mask(const std::filesystem::path& file, MaskKind kind, const Camera& camera);
 
 /// The share of the pixels that a mask covers: 0 of an empty one.
 double covered_share(const GrayImage& mask);

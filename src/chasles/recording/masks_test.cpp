@@ -87,5 +87,17 @@ TEST(Masks, OneThatDoesNothingIsSaid) {
   EXPECT_TRUE(mask_remarks("", {small()}).empty());
 }
 
+// A recording may have masks by itself.
+TEST(Masks, OfASettingTakeThePlaceOfTheRecordings) {
+  const std::string file = (test::scratch() / "mask.png").string();
+  test::spill(file, test::picture_bytes(0));
+  Recording recording;
+  recording.cameras = {small()};
+  recording.masks = {read_mask(file, MaskKind::kWhiteHides, small())};
+  EXPECT_EQ(masks_of(" ", recording)[0].pixels[0], 255);
+  EXPECT_EQ(masks_of(" ", recording)[0].pixels[3], 0);
+  EXPECT_EQ(masks_of(file, recording)[0].pixels[3], 3);
+}
+
 }  // namespace
 }  // namespace chasles

@@ -17,6 +17,7 @@
 #include <chasles/recording/foreign_kinds.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/time_spans.hpp>
+#include <chasles/recording/video_files.hpp>
 
 namespace chasles {
 namespace {
@@ -25,7 +26,8 @@ constexpr const char* kKnownKinds =
     "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
     "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts) or "
     "odometry sequence (image_0, times.txt) with an IMU, a bag of ROS 1 (.bag) or ROS 2 (.db3, "
-    ".mcap), a folder of images (images/cam0, imu.csv), or a recording folder with "
+    ".mcap), a folder of images (images/cam0, imu.csv), a video (.mp4, .mov), or a recording "
+    "folder with "
     "calibration.yaml (docs/formats.md)";
 
 std::string first_bytes(const std::filesystem::path& file) {
@@ -58,6 +60,7 @@ Recording read_folder(const std::filesystem::path& folder, std::size_t cameras) 
     reject_foreign(folder, foreign_folder(folder));  // a run may hold images/ too
   }
   if (is_image_folder(folder)) return read_image_folder_recording(folder, cameras);
+  if (is_video_folder(folder) && !is_bag_folder(folder)) return read_video_recording(folder);
   if (holds("calibration.yaml")) return read_folder_recording(folder);
   if (holds("tracks.csv") || holds("tracks.csv.gz")) return read_april_recording(folder);
   if (is_bag_folder(folder)) return read_bag_recording(folder, cameras);
@@ -88,6 +91,7 @@ Recording read_packed(const std::filesystem::path& path, const std::string& firs
 Recording read_file_recording(const std::filesystem::path& path, const ReaderSettings& settings) {
   std::string bytes = first_bytes(path);
   remove_byte_order_mark(bytes);
+  if (is_video_file(path, bytes)) return read_video_recording(path);
   if (!packed_as(bytes).empty()) return read_packed(path, bytes, settings);
   reject_foreign(path, foreign_file(path, bytes));
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06")) {

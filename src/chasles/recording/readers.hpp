@@ -12,8 +12,9 @@ namespace chasles {
 
 /// Reads a recording of any supported kind: an ECE276A .npz, a STARS .mat, an EuRoC folder, IMU
 /// table or table of tracks, a folder of AprilGrid tracks, a KITTI raw recording, a bag of ROS 1
-/// or 2, a folder of images, or the project's own format. The content determines the kind, not the
-/// name. `settings` apply to ECE276A archives, and its number of cameras to recordings of images.
+/// or 2, a folder of images, a video, or the project's own format. The content determines the kind,
+/// not the name. `settings` apply to ECE276A archives, and its number of cameras to recordings of
+/// images.
 Recording read_recording(const std::filesystem::path& path, const ReaderSettings& settings = {});
 
 /// The ECE276A (UCSD) archive: body velocities and stereo tracks of a KITTI recording.
@@ -59,6 +60,14 @@ Recording read_image_folder_recording(const std::filesystem::path& folder,
                                       std::size_t cameras = kAllCameras);
 /// Whether the files in a folder are those of such a recording.
 bool is_image_folder(const std::filesystem::path& folder);
+
+/// A video (MP4, QuickTime), or a folder with one: H.264, H.265 or Motion JPEG, at the times that
+/// the file states or that a list beside it has. The samples of the IMU are a table beside it
+/// (docs/videos.md). Its calibration is beside it as NAME.yaml or as that of a folder of images, or
+/// above the folder. A mask and the truth are beside it, where known.
+Recording read_video_recording(const std::filesystem::path& path);
+/// Whether the files in a folder are those of such a recording.
+bool is_video_folder(const std::filesystem::path& folder);
 
 /// A KITTI raw recording, synced and rectified (DATE_drive_NNNN_sync). The calibration of its day
 /// is in the parent folder; the unsynced samples, where available, in the _extract folder beside

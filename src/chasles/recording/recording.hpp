@@ -50,7 +50,10 @@ struct Recording {
   ImuRange imu_range;                 ///< as the recording states it; infinite: not stated
   std::vector<FeatureFrame> frames;
   std::shared_ptr<const ImageSource> images;  ///< the input of a front end, instead of `frames`
-  Trajectory truth;                           ///< world_T_imu; empty where unknown
+  /// One for each camera, of its size: black (0) where nothing is to be tracked; empty: none. A
+  /// setting of a run takes their place (masks_of()).
+  std::vector<GrayImage> masks;
+  Trajectory truth;  ///< world_T_imu; empty where unknown
   /// Whether the z axis of the truth's world points up, as the recording states it.
   std::optional<bool> truth_level;
   bool truth_attitudes = true;  ///< false: it has positions alone, and its rotations are identities

@@ -120,7 +120,7 @@ ImageTracks track_images(const Recording& recording, double seconds,
   if (recording.images->size() == 0 || recording.cameras.empty()) return result;
   const auto images = liveliest_part(recording, seconds);
   const std::size_t frames = images->size(), step = 1 + frames / kPairs;
-  std::vector<GrayImage> masks = read_masks(settings.mask, recording.cameras);
+  std::vector<GrayImage> masks = masks_of(settings.mask, recording);
   for (std::size_t c = 0; c < masks.size(); ++c) {
     if (masks[c].empty()) continue;
     result.facts.push_back(

@@ -6,6 +6,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/check/check.hpp>
+#include <chasles/check/clock_drift.hpp>
 #include <chasles/session/check_tracks.hpp>
 #include <chasles/session/check_trial.hpp>
 #include <chasles/session/diagnosis.hpp>
@@ -36,6 +37,7 @@ CheckReport report_with(const Recording& recording, double seconds,
   }
   ImageTracks tracks = track_images(recording, seconds, frontend);
   CheckReport report = check_recording(recording, tracks.frames);
+  report_clock_drift(clock_drift(tracks.frames, recording.cameras, recording.imu), report);
   if (run) report_truth_examination(recording, report);
   std::ranges::move(tracks.facts, std::back_inserter(report.facts));
   std::ranges::move(tracks.not_checked, std::back_inserter(report.not_checked));
