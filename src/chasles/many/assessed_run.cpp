@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <optional>
 
 #include <chasles/base/error.hpp>
 #include <chasles/base/processor_time.hpp>
@@ -113,38 +114,52 @@ void add_figures(Json& record, const Json& summary, const std::optional<PathFigu
   for (const char* name : {"ate_m", "ate_posyaw_m", "nees_pose"}) record[name] = errors.at(name);
 }
 
+CompletedRun completed(const SessionOptions& session, Recording& recording) {
+  RunObserver nobody;
+  return plan_run(session, recording)([] { return false; }).run(nobody);
+}
+
+// Writes the run folder, and the map where that is wanted.
+void deliver(const SessionOptions& session, const Recording& recording, const CompletedRun& run,
+             const std::filesystem::path& folder, const Stopwatch& wall) {
+  write_run(run.result.run, run.summary, folder, [&] {
+    const double recorded = 60 * minutes_of(recording);
+    return json_text(timing_json(run.result, recorded, wall.seconds(), process_seconds()), 2) +
+           "\n";
+  });
+  const MapOutcome map = save_map(session, recording, run);
+  if (!map.not_saved.empty()) throw Error(ExitCode::kNotInitialised, map.not_saved);
+}
+
 Json run_and_assess(const AssessedRunOptions& options, const BatchItem& item,
                     const std::filesystem::path& folder, const std::function<void(double)>& known) {
   SessionOptions session = session_of(options.session, item);
   Recording recording = read_input(session.input);
-  const double minutes = minutes_of(recording);
-  known(minutes);
+  known(minutes_of(recording));
   const CheckReport check = checked(options, recording);
   if (recording.images && recording.velocities.empty()) {
     session.keep_images =
         std::max(1, (static_cast<int>(frame_count(recording)) + kPictures - 1) / kPictures);
   }
   const Stopwatch wall;
-  PreparedRun prepared = plan_run(session, recording)([] { return false; });
-  RunObserver nobody;
-  const CompletedRun run = prepared.run(nobody);
-  const bool in_map = !session.map.empty();
-  const std::optional<PathFigures> path = path_figures(run.result.run, run.result.coverage, in_map);
-  std::vector<Reason> reasons = reasons_against(run.summary, path, in_map, check, options.limits);
+  std::optional<CompletedRun> run;
   try {
-    write_run(run.result.run, run.summary, folder, [&] {
-      return json_text(timing_json(run.result, 60 * minutes, wall.seconds(), process_seconds()),
-                       2) +
-             "\n";
-    });
-    const MapOutcome map = save_map(session, recording, run);
-    if (!map.not_saved.empty()) throw Error(ExitCode::kNotInitialised, map.not_saved);
+    run = completed(session, recording);
+  } catch (const InputError& error) {  // as batch estimation of a camera that hardly moves
+    return record_without_run(item, {"not_estimated", error.what()});
+  }
+  try {
+    deliver(session, recording, *run, folder, wall);
   } catch (const UsageError& error) {
     return {{kOutputError, error.what()}};
   }
-  Json record = record_head(item, reasons);
-  add_figures(record, run.summary, path);
-  record["sketch"] = sketch(run.result.run, path);
+  const bool in_map = !session.map.empty();
+  const RecordedRun& result = run->result;
+  const std::optional<PathFigures> path = path_figures(result.run, result.coverage, in_map);
+  Json record =
+      record_head(item, reasons_against(run->summary, path, in_map, check, options.limits));
+  add_figures(record, run->summary, path);
+  record["sketch"] = sketch(result.run, path);
   return record;
 }
 

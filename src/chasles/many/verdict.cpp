@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::array kReasons = {
     ReasonKind{"unreadable", Verdict::kNo, "the recording cannot be read"},
     ReasonKind{"settings", Verdict::kNo, "the settings do not suit the recording"},
+    ReasonKind{"not_estimated", Verdict::kNo, "the estimator cannot use what the recording has"},
     ReasonKind{"not_initialised", Verdict::kNo, "the estimator found no initial state"},
     ReasonKind{"lost", Verdict::kNo, "the estimate was lost, and the run ended without it"},
     ReasonKind{"no_place", Verdict::kNo, "the run did not find its place in the map"},
