@@ -208,9 +208,11 @@ def cost() -> None:
 
     timed("loop of `chasles run`", loop)
     timed("loop of `chasles run --threads 1`", lambda: loop("--threads", 1))
-    timed("`chasles batch --jobs 1 --no-check`", lambda: in_a_batch(1, "--no-check"))
-    timed("`chasles batch --jobs 2 --no-check`", lambda: in_a_batch(2, "--no-check"))
-    timed("`chasles batch --jobs 2`", lambda: in_a_batch(2))
+    of_filter = ("--estimator", "filter")
+    timed("`chasles batch --estimator filter --jobs 1 --no-check`", lambda: in_a_batch(1, *of_filter, "--no-check"))
+    timed("`chasles batch --estimator filter --jobs 2 --no-check`", lambda: in_a_batch(2, *of_filter, "--no-check"))
+    timed("`chasles batch --estimator filter --jobs 2`", lambda: in_a_batch(2, *of_filter))
+    timed("`chasles batch --jobs 2`, batch estimation", lambda: in_a_batch(2))
     fill(PAGE, "cost", pages.table(["way", "wall s", "CPU s", "recordings an hour"], rows))
 
 
