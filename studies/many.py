@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""python3 -m studies.many [verdicts] [circles] [place] [cost] [executors]: batches of recordings (docs/many.md). Fills
+"""python3 -m studies.many [TABLE...]: batches of recordings (docs/many.md). Fills
 studies/many.md between its markers.
 
 verdicts   200 rendered recordings of an action camera, a tenth of them faulty: verdicts against the truth.
+real       the recordings of shared/data with images or a board.
 circles    20 simulated runs half around a cube at constant speed, where a start in motion hardly has the scale.
 place      one walk makes the map, 50 pieces of another one find their places in it.
 cost       the same 20 recordings in a batch and in a loop of `chasles run`.
@@ -27,11 +28,11 @@ from studies import pages
 from studies.arrays import Array, rotations, tum
 from studies.many_recordings import CAMERA, make_all, fault_of
 from studies.pages import fill, number
-from studies.program import ROOT, Argument, Json, chasles, one_of, parser, read_json, read_json_lines, render
+from studies.program import DATA, ROOT, Argument, Json, chasles, one_of, parser, read_json, read_json_lines, render
 
 OUT = ROOT / "out/many"
 PAGE = ROOT / "studies/many.md"
-MARKERS = {PAGE: ("verdicts", "faults", "circles", "place", "cost", "executors")}
+MARKERS = {PAGE: ("verdicts", "faults", "real", "circles", "place", "cost", "executors")}
 RECORDINGS = int(os.environ.get("RECORDINGS", "200"))
 WORKERS = int(os.environ.get("WORKERS", "2"))
 WORST_CODES = (0, 2, 5)  # exit codes of a batch
@@ -48,6 +49,9 @@ def run_batch(folder: pathlib.Path, items: typing.Iterable[Json], *arguments: Ar
     return read_json_lines(folder / "verdicts.jsonl")
 
 
+MOST_TRUTH_GAP = 0.2  # [s], as chasles evaluate
+
+
 def turn(angle: float) -> Array:
     """The rotation about z by an angle."""
     c, s = math.cos(angle), math.sin(angle)
@@ -60,9 +64,12 @@ def heading(R: Array) -> Array:
 
 
 def worst_error(run: pathlib.Path, path: str = "trajectory_smoothed.tum") -> float:
-    """The largest error of a position, relative to the first pose: aligned by its position and heading [m]."""
+    """The largest error of a position, relative to the first pose: aligned by its position and heading [m]. Poses in
+    gaps of the truth are left out."""
     file = run / path
     poses, truth = tum(file if file.exists() else run / "trajectory.tum"), tum(run / "truth.tum")
+    after = numpy.clip(numpy.searchsorted(truth[:, 0], poses[:, 0]), 1, len(truth) - 1)
+    poses = poses[truth[after, 0] - truth[after - 1, 0] <= MOST_TRUTH_GAP]
     true = numpy.stack([numpy.interp(poses[:, 0], truth[:, 0], truth[:, k]) for k in (1, 2, 3)], axis=1)
     nearest = int(numpy.argmin(abs(truth[:, 0] - poses[0, 0])))
     R = heading(rotations(poses[:1, 4:8])[0] @ rotations(truth[[nearest], 4:8])[0].T)
@@ -119,6 +126,23 @@ def circles() -> None:
                      number(ratios[len(ratios) // 2], 2), number(ratios[-1], 2)])
     head = ["estimator", "`use`", "errors above the bound", "error over bound, median", "largest"]
     fill(PAGE, "circles", pages.table(head, rows))
+
+
+REAL = ("euroc/MH_01_easy_17s", "euroc/MH_03_medium_27s_mono", "euroc/imu_april", "kitti_images/00_first_13s")
+
+
+def real() -> None:
+    rows = []
+    for estimator in ("filter", "batch"):
+        folder = OUT / f"real-{estimator}"
+        shutil.rmtree(folder, ignore_errors=True)
+        for r in run_batch(folder, [{"recording": str(DATA / name)} for name in REAL], "--estimator", estimator):
+            reasons = ", ".join(one["reason"] for one in r["reasons"]) or "-"
+            error = worst_error(folder / "runs" / r["name"])
+            rows.append([r["name"], estimator, r["verdict"], reasons, number(error, 3), number(r["bound_m"], 3),
+                         number(r["nees_pose"], 1, per=6)])
+    head = ["recording", "estimator", "verdict", "reasons", "largest error m", "bound m", "NEES pose / 6"]
+    fill(PAGE, "real", pages.table(head, rows))
 
 
 MAPPED: Json = {**CAMERA, "texture_period": 0}
@@ -262,7 +286,7 @@ def executors() -> None:
     fill(PAGE, "executors", pages.table(head, rows))
 
 
-TABLES = {"verdicts": verdicts, "circles": circles, "place": place, "cost": cost, "executors": executors}
+TABLES = {"verdicts": verdicts, "real": real, "circles": circles, "place": place, "cost": cost, "executors": executors}
 
 
 def main() -> None:

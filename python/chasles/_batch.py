@@ -81,7 +81,8 @@ def batch(recordings: Iterable[Item], folder: "Union[str, os.PathLike[str]]", *,
     a path, see the same folder: Dask's Client.get_executor(), mpi4py's MPIPoolExecutor, chasles.RayExecutor; None: `jobs`
     processes of this machine (one per core). A task whose worker dies is given to another, `attempts` times in all.
     Without another try left, what stopped it is raised, and resume=True goes on.
-    estimator: by default "batch", and with a map "filter". settings: {name: value}; options: further ones of the command, as ["--most-sigma", "0.05"].
+    estimator: by default "batch", and with a map "filter". settings: {name: value}; options: further ones of the
+    command, as ["--most-sigma", "0.05"].
     cache: a folder on each worker for copies of remote recordings, held to about cache_bytes.
     on_record: called with each record as it comes. progress: a bar, as in `run`.
     Raises UsageError as the command. Ctrl-C ends it, and what is done stays."""

@@ -73,8 +73,8 @@ struct PathFigures {
 /// to find its place. Figures of a covariance that is not finite are infinite.
 std::optional<PathFigures> path_figures(const Run& run, const FrameCoverage& coverage, bool in_map);
 
-/// Errors of a path stay below this many times its worst standard deviation: the bound of a
-/// verdict.
+/// The bound of a verdict is this many times the worst standard deviation of a position. Errors
+/// stay below it where the covariance is that of the errors (docs/many.md).
 inline constexpr double kBoundSigmas = 4;
 
 /// The reason for a run that ended with an error.
