@@ -90,6 +90,7 @@ def verdicts() -> None:
         ratios = sorted(errors[r["name"]] / r["bound_m"] for r in used)
         rows.append([estimator, f"{sum(r['verdict'] == 'use' for r in good)} of {len(good)}",
                      f"{sum(r['verdict'] == 'use' for _, r in faulty)} of {len(faulty)}",
+                     f"{sum(fault.is_named(r) for fault, r in faulty)} of {len(faulty)}",
                      f"{sum(ratio > 1 for ratio in ratios)} of {len(used)}", number(ratios[len(ratios) // 2], 2),
                      number(ratios[-1], 2)])
         if estimator == "filter":
@@ -100,8 +101,8 @@ def verdicts() -> None:
         for record in good:
             if record["verdict"] != "use":
                 print(estimator, record["name"], record["verdict"], record["reasons"])
-    head = ["estimator", "good ones with `use`", "faulty ones with `use`", "errors above the bound, of `use`",
-            "error over bound, median", "largest"]
+    head = ["estimator", "good ones with `use`", "faulty ones with `use`", "right reason",
+            "errors above the bound, of `use`", "error over bound, median", "largest"]
     fill(PAGE, "verdicts", pages.table(head, rows))
     fill(PAGE, "faults", pages.table(["fault", "verdict", "reasons", "largest error m", "bound m"], of_faults))
 

@@ -184,10 +184,20 @@ def black_png() -> bytes:
 BLACK = black_png()
 
 
+# Words of `reasons` for several reasons of the program.
+KINDS = {"check": ("check_error", "check_warning"), "coverage": ("coverage", "few_estimates"),
+         "health": ("degraded", "lost")}
+
+
 @dataclasses.dataclass(frozen=True)
 class Fault:
     make: typing.Callable[[pathlib.Path], None]
-    reasons: tuple[str, ...]  # of a verdict that is right
+    reasons: tuple[str, ...]  # of a verdict that is right: one of these
+
+    def is_named(self, record: Json) -> bool:
+        """Whether one of the reasons is right."""
+        found = {one["reason"] for one in record["reasons"]}
+        return any(found & set(KINDS.get(name, (name,))) for name in self.reasons)
 
 
 FAULTS = (
