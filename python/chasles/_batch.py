@@ -121,8 +121,8 @@ _OWN_OPTIONS = ("--manifest", "--map-from", "--map", "--jobs", "--shard", "--res
 
 
 def _checked(options: list[str]) -> list[str]:
-    for one in options:
-        if one.split("=")[0] in _OWN_OPTIONS or not (one.startswith("-") or options.index(one) > 0):
+    for number, one in enumerate(options):
+        if one.split("=")[0] in _OWN_OPTIONS or (number == 0 and not one.startswith("-")):
             raise _core.UsageError(f"batch: options: found '{one}', expected options of the verdicts and the bounds of "
                                    "`chasles batch`; the others are parameters")
     return options
