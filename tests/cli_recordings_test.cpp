@@ -1,8 +1,10 @@
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <map>
 #include <thread>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "cli_process.hpp"
@@ -112,6 +114,26 @@ TEST(BatchCommand, RunsBatchEstimationByDefault) {
   ASSERT_EQ(chasles(folder, "batch --no-check --most-sigma 1 in/a -o out").code, 0);
   ASSERT_EQ(chasles(folder, "run in/a --estimator batch -o alone --quiet").code, 0);
   EXPECT_EQ(slurp(folder / "out/runs/a/states.csv"), slurp(folder / "alone/states.csv"));
+}
+
+// Without parallax batch estimation has no landmarks, and the poses are still known to millimetres.
+TEST(BatchCommand, TheFilterHasThePosesOfACameraThatHardlyMoves) {
+  const Scratch folder;
+  std::string path;
+  for (int i = 0; i <= 400; ++i) {
+    path += fmt::format("{:.2f} {:.6f} 0 1 0 0 0 1\n", 0.01 * i, 0.001 * std::sin(0.01 * i));
+  }
+  spill(folder / "still.tum", path);
+  ASSERT_EQ(chasles(folder, "simulate trajectory --path still.tum --quiet -o still").code, 0);
+  const Outcome outcome = chasles(
+      folder,
+      "batch --no-check --least-coverage 0.5 --most-sigma 1 --set batch.loss=none still -o out");
+  EXPECT_EQ(outcome.code, 5) << outcome.err;
+  const Json record = lines_of(outcome.out)[0];
+  ASSERT_EQ(record.at("reasons").size(), 1u) << record;
+  EXPECT_EQ(record.at("reasons")[0].at("reason"), "filter_only");
+  EXPECT_LT(record.at("ate_m"), 0.005);
+  EXPECT_FALSE(Json::parse(slurp(folder / "out/runs/still/summary.json")).contains("batch"));
 }
 
 TEST(BatchCommand, ARecordingWithoutATruthHasAVerdictAndNoErrors) {

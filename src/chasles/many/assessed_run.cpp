@@ -119,6 +119,23 @@ CompletedRun completed(const SessionOptions& session, Recording& recording) {
   return plan_run(session, recording)([] { return false; }).run(nobody);
 }
 
+struct EstimatedRun {
+  CompletedRun run;
+  std::vector<Reason> reasons;  // against how it was estimated
+};
+
+// Batch estimation needs parallax, and a camera that hardly moves has none: then the filter.
+EstimatedRun estimated(SessionOptions& session, Recording& recording) {
+  try {
+    return {completed(session, recording), {}};
+  } catch (const InputError& error) {
+    if (!session.settings.estimator.is_batch()) throw;
+    session.settings.estimator = {.kind = EstimatorChoice::Kind::kFilter};
+    recording = read_input(session.input);
+    return {completed(session, recording), {{"filter_only", error.what()}}};
+  }
+}
+
 // Writes the run folder, and the map where that is wanted.
 void deliver(const SessionOptions& session, const Recording& recording, const CompletedRun& run,
              const std::filesystem::path& folder, const Stopwatch& wall) {
@@ -142,23 +159,24 @@ Json run_and_assess(const AssessedRunOptions& options, const BatchItem& item,
         std::max(1, (static_cast<int>(frame_count(recording)) + kPictures - 1) / kPictures);
   }
   const Stopwatch wall;
-  std::optional<CompletedRun> run;
+  std::optional<EstimatedRun> done;
   try {
-    run = completed(session, recording);
-  } catch (const InputError& error) {  // as batch estimation of a camera that hardly moves
+    done = estimated(session, recording);
+  } catch (const InputError& error) {
     return record_without_run(item, {"not_estimated", error.what()});
   }
+  CompletedRun& run = done->run;
   try {
-    deliver(session, recording, *run, folder, wall);
+    deliver(session, recording, run, folder, wall);
   } catch (const UsageError& error) {
     return {{kOutputError, error.what()}};
   }
   const bool in_map = !session.map.empty();
-  const RecordedRun& result = run->result;
+  const RecordedRun& result = run.result;
   const std::optional<PathFigures> path = path_figures(result.run, result.coverage, in_map);
-  Json record =
-      record_head(item, reasons_against(run->summary, path, in_map, check, options.limits));
-  add_figures(record, run->summary, path);
+  Json record = record_head(item, reasons_against(run.summary, path, in_map, check, options.limits,
+                                                  std::move(done->reasons)));
+  add_figures(record, run.summary, path);
   record["sketch"] = sketch(result.run, path);
   return record;
 }

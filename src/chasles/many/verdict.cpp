@@ -28,6 +28,8 @@ constexpr std::array kReasons = {
     ReasonKind{"died", Verdict::kNo, "the process of the run died twice, or met an internal error"},
     // A run mends some errors that it measures, and its sigmas know of others.
     ReasonKind{"check_error", Verdict::kCheck, "`chasles check` finds an error in the recording"},
+    ReasonKind{"filter_only", Verdict::kCheck,
+               "batch estimation cannot use the recording: the poses are the filter's"},
     ReasonKind{"coverage", Verdict::kCheck, "the coverage is below its limit"},
     ReasonKind{"degraded", Verdict::kCheck,
                "the estimate was degraded, or began anew after a loss"},
@@ -78,6 +80,8 @@ std::optional<PathFigures> figures_of(const char* path, const Poses& poses) {
 // Collects what speaks against a run; findings of a kind become one reason.
 class Reasons {
  public:
+  explicit Reasons(std::vector<Reason> known) : list_(std::move(known)) {}
+
   void add(const std::string& kind, const std::string& what) {
     const auto known = std::ranges::find(list_, kind, &Reason::kind);
     if (known == list_.end()) {
@@ -258,8 +262,8 @@ Reason reason_of(const Error& error) {
 
 std::vector<Reason> reasons_against(const Json& summary, const std::optional<PathFigures>& path,
                                     bool in_map, const CheckReport& check,
-                                    const VerdictLimits& limits) {
-  Reasons reasons;
+                                    const VerdictLimits& limits, std::vector<Reason> known) {
+  Reasons reasons(std::move(known));
   if (path || !in_map) assess_coverage(path ? path->coverage : 0, limits, reasons);
   assess_health(summary, reasons);
   if (path) {

@@ -81,9 +81,10 @@ inline constexpr double kBoundSigmas = 4;
 Reason reason_of(const Error& error);
 
 /// What speaks against a run with these poses. `summary`: content of summary.json. `check`: of the
-/// recording. Several findings of a kind are one reason.
+/// recording. `known`: what is known already. Several findings of a kind are one reason.
 std::vector<Reason> reasons_against(const nlohmann::ordered_json& summary,
                                     const std::optional<PathFigures>& path, bool in_map,
-                                    const CheckReport& check, const VerdictLimits& limits);
+                                    const CheckReport& check, const VerdictLimits& limits,
+                                    std::vector<Reason> known = {});
 
 }  // namespace chasles
