@@ -37,6 +37,8 @@ const Arrows kArrows = {
     {"codec", {"imu", "camera"}},
     // Calibration files of all programs, for recordings and for drivers.
     {"calibration", {"codec"}},
+    // Calibration targets: their files, their corners in images, their print.
+    {"target", {"codec"}},
     // Bags of ROS, their messages and topics. Their images and samples become a Recording above.
     {"bags", {"calibration"}},
     // Videos and the telemetry in them: when pictures and samples are, and the pictures.
