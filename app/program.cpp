@@ -1,6 +1,8 @@
 #include "program.hpp"
 
 #include <exception>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -22,9 +24,14 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 usage, 2 bad input, 3 could not initialise, 4 diverged,\n"
     "5 a requested threshold was missed, 70 internal error, 130 interrupted.";
 
-const CLI::App& innermost(const CLI::App& parser) {
-  const auto chosen = parser.get_subcommands();
-  return chosen.empty() ? parser : *chosen.front();
+// The command and the subcommands that were chosen, outermost first.
+std::vector<const CLI::App*> chosen_commands(const CLI::App& parser) {
+  std::vector<const CLI::App*> chosen = {&parser};
+  for (auto below = parser.get_subcommands(); !below.empty();
+       below = chosen.back()->get_subcommands()) {
+    chosen.push_back(below.front());
+  }
+  return chosen;
 }
 
 // CLI11 prints a superfluous empty line before each group of options.
@@ -37,14 +44,14 @@ std::string complaint(const CLI::App& parser, const CLI::ParseError& error) {
   const auto rest = parser.remaining(true);
   if (rest.empty()) return error.what();
   return fmt::format("'{}' is not known here{}", rest.front(),
-                     did_you_mean(rest.front(), known_words(innermost(parser))));
+                     did_you_mean(rest.front(), known_words(*chosen_commands(parser).back())));
 }
 
 int rejected(const CLI::App& parser, const CLI::ParseError& error) {
   if (error.get_exit_code() != 0) {
-    const bool top = &innermost(parser) == &parser;
-    spdlog::error("{} (see chasles{}{} --help)", complaint(parser, error), top ? "" : " ",
-                  top ? "" : innermost(parser).get_name());
+    std::string command;
+    for (const CLI::App* each : chosen_commands(parser)) command += each->get_name() + " ";
+    spdlog::error("{} (see {}--help)", complaint(parser, error), command);
     return static_cast<int>(ExitCode::kUsage);
   }
   const bool help = dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr;

@@ -8,6 +8,7 @@ std::span<const Subcommand> subcommands() {
       {"batch", "Run many recordings: a verdict on each, and a page", declare_batch},
       {"check", "Check a recording before a run: clocks, gaps, exposure, calibration",
        declare_check},
+      {"calibrate", "Calibrate the sensors of a recording: noise", declare_calibrate},
       {"simulate", "Write a simulated recording", declare_simulate},
       {"compare", "Run several filters on the same data: tables of errors and NEES",
        declare_compare},

@@ -26,6 +26,7 @@ std::span<const Subcommand> subcommands();
 Action declare_run(CLI::App& parser);
 Action declare_batch(CLI::App& parser);
 Action declare_check(CLI::App& parser);
+Action declare_calibrate(CLI::App& parser);
 Action declare_simulate(CLI::App& parser);
 Action declare_compare(CLI::App& parser);
 Action declare_montecarlo(CLI::App& parser);

@@ -55,6 +55,9 @@ TEST(Command, MisuseEndsWithOne) {
   expect_error(chasles(folder, "rum"), 1, "'rum' is not known here; did you mean 'run'?");
   expect_error(chasles(folder, "run rec --chrat x"), 1, "did you mean '--chart'?");
   expect_error(chasles(folder, "run"), 1, "RECORDING is required");
+  expect_error(chasles(folder, "calibrate"), 1, "(see chasles calibrate --help)");
+  expect_error(chasles(folder, "calibrate nose"), 1, "did you mean 'noise'?");
+  expect_error(chasles(folder, "calibrate noise"), 1, "(see chasles calibrate noise --help)");
   expect_error(chasles(folder, "simulate street"), 1, "--output is required");
   expect_error(chasles(folder, "simulate stret -o x"), 1, "unknown scene 'stret'");
   expect_error(chasles(folder, "run rec --chart left"), 1, "--chart: found 'left', expected");

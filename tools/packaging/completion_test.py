@@ -19,6 +19,8 @@ READY = "ready> "
 LINES = [
     ("chasles simu", "chasles simulate "),
     ("chasles map mer", "chasles map merge "),
+    ("chasles calib", "chasles calibrate "),
+    ("chasles calibrate no", "chasles calibrate noise "),
     ("chasles run --save", "chasles run --save-map"),
     ("chasles run --pairing ne", "chasles run --pairing nearest"),
     ("chasles run --mode sl", "chasles run --mode slam"),

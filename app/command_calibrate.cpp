@@ -1,0 +1,28 @@
+#include <memory>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "calibrate_commands.hpp"
+
+namespace chasles::app {
+
+std::span<const Subcommand> calibrate_commands() {
+  static constexpr Subcommand list[] = {
+      {"noise", "Noise densities and bias walks of an IMU, from a recording at rest or in motion",
+       declare_calibrate_noise},
+  };
+  return list;
+}
+
+Action declare_calibrate(CLI::App& parser) {
+  parser.require_subcommand(1);
+  const auto chosen = std::make_shared<Action>();
+  for (const Subcommand& command : calibrate_commands()) {
+    CLI::App* sub = parser.add_subcommand(command.name, command.description);
+    sub->parse_complete_callback([chosen, perform = command.declare(*sub)] { *chosen = perform; });
+  }
+  return [chosen] { return (*chosen)(); };
+}
+
+}  // namespace chasles::app
