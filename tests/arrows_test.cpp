@@ -47,6 +47,8 @@ const Arrows kArrows = {
     {"run_folder", {"recording"}},
     // Diagnoses a recording; estimates nothing but the clock of body velocities.
     {"check", {"recording", "velocity"}},
+    // Measures sensors from recordings that are made for it.
+    {"calibrate", {"check", "smooth", "target"}},
     // The main loop: sensors in, estimates out.
     {"pipeline", {"smooth", "frontend", "check", "run_folder", "numeric"}},
     // The simulator returns the same type as the readers.

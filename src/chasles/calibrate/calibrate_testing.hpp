@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <chasles/calibrate/cameras_calibration.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/numeric/random.hpp>
+
+/// Views of a calibration target with truth. Included by tests only.
+namespace chasles::test {
+
+/// As EuRoC's: 6 x 6 AprilTags of 88 mm.
+inline Target april_board() {
+  return {.kind = TargetKind::april_grid,
+          .columns = 6,
+          .rows = 6,
+          .tag_size = 0.088,
+          .tag_spacing = 0.3};
+}
+
+struct BoardScene {
+  std::vector<Camera> cameras;  ///< cam_T_imu: cam_T_cam0
+  std::size_t instants = 60;
+  double pixel_sigma = 0.2;  ///< [px]
+  double most_tilt = 0.9;    ///< of the board against the line of sight [rad]
+  double seconds = 2;        ///< between two instants
+};
+
+/// A board that is held before a camera of the rig in turn, in all parts of its image.
+inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
+  const Random random = random_of_run(20261130, seed);
+  const Target target = april_board();
+  CamerasInput input{.corners = target.corners(), .views = {}, .cameras = {}, .lenses = {}};
+  for (const Camera& camera : scene.cameras) {
+    input.cameras.push_back({.width = camera.width, .height = camera.height, .cam_T_imu = {}});
+    input.lenses.push_back(form_of(camera));
+  }
+  const Eigen::Vector3d centre = (input.corners.front() + input.corners.back()) / 2;
+  std::uint64_t drawn = 0, noise = 0;
+  const auto uniform = [&](double from, double to) {
+    return from + (to - from) * random.uniform(Stream::kStart, drawn++);
+  };
+  for (std::size_t k = 0; k < scene.instants; ++k) {
+    const Camera& before = scene.cameras[k % scene.cameras.size()];
+    std::optional<PixelBearing> sight;
+    while (!sight) {
+      sight = bearing(before, {uniform(0, before.width - 1.0), uniform(0, before.height - 1.0)});
+    }
+    // The board faces the camera, then turns about a line across the sight, and about its normal.
+    const Eigen::Matrix3d facing = so3::between(Eigen::Vector3d::UnitZ(), sight->bearing) *
+                                   so3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0));
+    const double about = uniform(0, 2 * std::numbers::pi);
+    SE3 cam_T_target;
+    cam_T_target.R = facing *
+                     so3::exp(uniform(0, scene.most_tilt) *
+                              Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
+                     so3::exp(Eigen::Vector3d(0, 0, uniform(-0.4, 0.4)));
+    cam_T_target.p = uniform(0.6, 1.4) * sight->bearing - cam_T_target.R * centre;
+    const SE3 cam0_T_target = before.cam_T_imu.inverse() * cam_T_target;
+    for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+      const Camera& camera = scene.cameras[c];
+      TargetView view{.time = Time(static_cast<std::int64_t>(1e9 * scene.seconds * static_cast<double>(k))),
+                      .camera = static_cast<int>(c), .ids = {}, .pixels = {}};
+      for (std::size_t i = 0; i < input.corners.size(); ++i) {
+        const auto image = project(camera, camera.cam_T_imu * (cam0_T_target * input.corners[i]));
+        noise += 2;
+        if (!image || !in_image(camera, image->pixel, 2)) continue;
+        view.ids.push_back(static_cast<int>(i));
+        view.pixels.push_back(image->pixel +
+                              scene.pixel_sigma *
+                                  Eigen::Vector2d(random.normal(Stream::kPixelNoise, noise),
+                                                  random.normal(Stream::kPixelNoise, noise + 1)));
+      }
+      if (view.ids.size() >= 20) input.views.push_back(std::move(view));
+    }
+  }
+  return input;
+}
+
+/// The errors of a calibration in the order of CamerasLayout.
+inline Eigen::VectorXd calibration_errors(const std::vector<Camera>& found,
+                                          const std::vector<Camera>& truth) {
+  std::vector<LensForm> lenses;
+  for (const Camera& camera : truth) lenses.push_back(form_of(camera));
+  const CamerasLayout layout(lenses);
+  Eigen::VectorXd errors(layout.rows());
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    errors.segment(layout.lens_row(c), lenses[c].parameters()) =
+        lens_parameters(truth[c]) - lens_parameters(found[c]);
+    if (c == 0) continue;
+    const SE3 &f = found[c].cam_T_imu, &t = truth[c].cam_T_imu;
+    errors.segment<3>(layout.pose_row(c)) = so3::log(t.R * f.R.transpose());
+    errors.segment<3>(layout.pose_row(c) + 3) = t.p - f.p;
+  }
+  return errors;
+}
+
+}  // namespace chasles::test

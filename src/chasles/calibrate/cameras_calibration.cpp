@@ -1,0 +1,571 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <chasles/base/error.hpp>
+#include <chasles/base/median.hpp>
+#include <chasles/calibrate/camera_guess.hpp>
+#include <chasles/calibrate/cameras_calibration.hpp>
+#include <chasles/calibrate/chain_equations.hpp>
+#include <chasles/calibrate/levenberg_marquardt.hpp>
+#include <chasles/calibrate/target_pose.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kLossSigmas = 3;    // where Huber's loss begins
+constexpr double kFirstWidth = 3;    // of the loss before the noise is known [px]
+constexpr double kLeastSigma = 0.01;  // of corners without noise [px]
+constexpr std::size_t kLeastCorners = 4;
+constexpr std::size_t kLeastViews = 3;
+constexpr double kBlockSeconds = 1;  // errors farther apart are independent
+
+struct PosedView {
+  const TargetView* view;
+  SE3 cam_T_target;
+};
+
+// The views of an instant, whose target has one pose.
+struct Instant {
+  Time time{};
+  std::vector<const TargetView*> views;
+};
+
+struct RigState {
+  std::vector<Camera> cameras;    // cam_T_imu: cam_T_cam0
+  std::vector<SE3> cam0_T_target;  // of each instant
+};
+
+struct RigLinearised {
+  ChainEquations equations;
+  double cost = 0;
+
+  std::optional<ChainEquations::Step> solve(double damping) const {
+    return equations.solve(damping);
+  }
+};
+
+// A corner's whitened error under the loss: the factor on its rows, and its cost.
+struct Weighted {
+  double root_weight, cost;
+};
+
+Weighted weighted(double size_sigmas) {
+  if (size_sigmas <= kLossSigmas) return {1, size_sigmas * size_sigmas / 2};
+  return {std::sqrt(kLossSigmas / size_sigmas), kLossSigmas * (size_sigmas - kLossSigmas / 2)};
+}
+
+class RigProblem {
+ public:
+  RigProblem(const std::vector<Vector3d>& corners, std::vector<Instant> instants,
+             const CamerasLayout& layout)
+      : corners_(corners), instants_(std::move(instants)), layout_(layout) {}
+
+  const std::vector<Instant>& instants() const { return instants_; }
+  double sigma = 1;  // of a pixel
+
+  std::optional<RigLinearised> linearised(const RigState& x) const {
+    RigLinearised result{{instants_.size(), 6, layout_.rows()}, 0};
+    for (std::size_t k = 0; k < instants_.size(); ++k) {
+      for (const TargetView* view : instants_[k].views) {
+        if (!add(x, k, *view, result)) return std::nullopt;
+      }
+    }
+    for (std::size_t c = 0; c < x.cameras.size(); ++c) {
+      const std::optional<LensPrior> prior = lens_prior(layout_.lens(c));
+      if (!prior) continue;
+      const double value = lens_parameters(x.cameras[c])[prior->parameter];
+      const VectorXd r = VectorXd::Constant(1, (value - prior->mean) / prior->sigma);
+      const std::vector<int> column = {layout_.lens_row(c) + prior->parameter};
+      result.equations.add_border(MatrixXd::Constant(1, 1, 1 / prior->sigma), column, r);
+      result.cost += r.squaredNorm() / 2;
+    }
+    return result;
+  }
+
+  std::optional<RigState> moved(const RigState& x, const ChainEquations::Step& step) const {
+    RigState next = x;
+    for (std::size_t c = 0; c < x.cameras.size(); ++c) {
+      const VectorXd lens = step.border.segment(layout_.lens_row(c), layout_.lens(c).parameters());
+      const auto camera = chasles::moved(x.cameras[c], lens);
+      if (!camera) return std::nullopt;
+      next.cameras[c] = *camera;
+      if (c == 0) continue;
+      move(next.cameras[c].cam_T_imu, step.border.segment<6>(layout_.pose_row(c)));
+    }
+    for (std::size_t k = 0; k < instants_.size(); ++k) move(next.cam0_T_target[k], step.blocks[k]);
+    return next;
+  }
+
+ private:
+  static void move(SE3& pose, const Vector6d& d) {
+    pose = {so3::normalized(so3::exp(d.head<3>()) * pose.R), pose.p + d.tail<3>()};
+  }
+
+  bool add(const RigState& x, std::size_t instant, const TargetView& view,
+           RigLinearised& result) const {
+    const auto c = static_cast<std::size_t>(view.camera);
+    const Camera& camera = x.cameras[c];
+    const SE3& cam_T_cam0 = camera.cam_T_imu;
+    const SE3& cam0_T_target = x.cam0_T_target[instant];
+    const int lens = layout_.lens(c).parameters(), border = lens + (c > 0 ? 6 : 0);
+    const MatrixXd by_coordinates = by_search_coordinates(
+        layout_.lens(c), search_coordinates(layout_.lens(c), lens_parameters(camera)));
+    const auto rows = 2 * static_cast<Eigen::Index>(view.ids.size());
+    MatrixXd by_pose(rows, 6), by_border(rows, border);
+    VectorXd r(rows);
+    for (std::size_t i = 0; i < view.ids.size(); ++i) {
+      const Vector3d arm = cam0_T_target.R * corners_[static_cast<std::size_t>(view.ids[i])];
+      const Vector3d turned = cam_T_cam0.R * (arm + cam0_T_target.p);
+      const Vector3d p_cam = turned + cam_T_cam0.p;
+      const auto image = project(camera, p_cam);
+      if (!image) return false;
+      const auto row = 2 * static_cast<Eigen::Index>(i);
+      const Vector2d error = (image->pixel - view.pixels[i]) / sigma;
+      const Weighted w = weighted(error.norm());
+      const double factor = w.root_weight / sigma;
+      const Eigen::Matrix<double, 2, 3> by_cam0 = factor * image->d_point * cam_T_cam0.R;
+      by_pose.block<2, 3>(row, 0) = -by_cam0 * hat(arm);
+      by_pose.block<2, 3>(row, 3) = by_cam0;
+      by_border.block(row, 0, 2, lens) = factor * *parameter_derivative(camera, p_cam) * by_coordinates;
+      if (c > 0) {
+        by_border.block<2, 3>(row, lens) = -factor * image->d_point * hat(turned);
+        by_border.block<2, 3>(row, lens + 3) = factor * image->d_point;
+      }
+      r.segment<2>(row) = w.root_weight * error;
+      result.cost += w.cost;
+    }
+    std::vector<int> columns(static_cast<std::size_t>(border));
+    std::iota(columns.begin(), columns.end(), layout_.lens_row(c));  // the pose follows the lens
+    result.equations.add(instant, by_pose, by_border, columns, r);
+    return true;
+  }
+
+  const std::vector<Vector3d>& corners_;
+  std::vector<Instant> instants_;
+  CamerasLayout layout_;
+};
+
+std::vector<Instant> instants_of(std::vector<const TargetView*> views) {
+  std::ranges::stable_sort(views, [](const TargetView* a, const TargetView* b) {
+    return std::pair(a->time, a->camera) < std::pair(b->time, b->camera);
+  });
+  std::vector<Instant> instants;
+  for (const TargetView* view : views) {
+    if (instants.empty() || instants.back().time != view->time) {
+      instants.push_back({view->time, {}});
+    }
+    instants.back().views.push_back(view);
+  }
+  return instants;
+}
+
+std::vector<const TargetView*> of_camera(const std::vector<const TargetView*>& views, int camera) {
+  std::vector<const TargetView*> result;
+  std::ranges::copy_if(views, std::back_inserter(result),
+                       [&](const TargetView* view) { return view->camera == camera; });
+  return result;
+}
+
+std::string said(int camera) { return fmt::format("cam{}", camera); }
+
+// Searches with the noise of the corners as the residuals have it.
+struct Solved {
+  RigState state;
+  double sigma = 1;
+  double squares = 0;  // the cost [px^2]
+  int iterations = 0;
+};
+
+double scatter(const RigProblem& problem, const std::vector<Vector3d>& corners, const RigState& x,
+               int parameters) {
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < problem.instants().size(); ++k) {
+    for (const TargetView* view : problem.instants()[k].views) {
+      const Camera& camera = x.cameras[static_cast<std::size_t>(view->camera)];
+      for (std::size_t i = 0; i < view->ids.size(); ++i) {
+        const auto image = project(
+            camera, camera.cam_T_imu * (x.cam0_T_target[k] *
+                                        corners[static_cast<std::size_t>(view->ids[i])]));
+        if (image) sizes.push_back((image->pixel - view->pixels[i]).norm());
+      }
+    }
+  }
+  const double rows = 2 * static_cast<double>(sizes.size());
+  const double unknowns = 6 * static_cast<double>(problem.instants().size()) + parameters;
+  // The median of the length of two normal errors is 1.1774 sigma.
+  const double freedom = std::max(0.1, 1 - unknowns / rows);
+  return std::max(kLeastSigma, median(std::move(sizes)) / 1.17741 / std::sqrt(freedom));
+}
+
+Solved solved(RigProblem& problem, const std::vector<Vector3d>& corners,
+              const CamerasLayout& layout, RigState state, const std::string& of) {
+  constexpr int kRounds = 8;
+  Solved result;
+  problem.sigma = kFirstWidth / kLossSigmas;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto found = minimised(
+        state, [&](const RigState& x) { return problem.linearised(x); },
+        [&](const RigState& x, const ChainEquations::Step& step) {
+          return problem.moved(x, step);
+        });
+    if (!found) {
+      throw InputError(fmt::format(
+          "{}: a lens cannot have the corners where they were found: expected another lens model",
+          of));
+    }
+    state = found->state;
+    result.iterations += found->iterations;
+    result.squares = found->linearised.cost * problem.sigma * problem.sigma;
+    const double sigma = scatter(problem, corners, state, layout.rows());
+    const bool is_known = std::abs(sigma - problem.sigma) < 0.01 * problem.sigma;
+    if (is_known || round + 1 == kRounds) {
+      if (!found->converged) {
+        throw InputError(fmt::format(
+            "{}: the search did not converge in {} steps: the views do not determine all "
+            "parameters; expected views from other directions, nearer to the border of the image, "
+            "or a lens with fewer coefficients",
+            of, result.iterations));
+      }
+      break;
+    }
+    problem.sigma = sigma;
+  }
+  result.state = std::move(state);
+  result.sigma = problem.sigma;
+  return result;
+}
+
+// Views of one camera with a pose.
+std::vector<PosedView> posed(const Camera& camera, const std::vector<Vector3d>& corners,
+                             const std::vector<const TargetView*>& views) {
+  std::vector<PosedView> result;
+  for (const TargetView* view : views) {
+    if (const auto pose = target_pose(camera, corners, *view, kFirstWidth)) {
+      result.push_back({view, pose->cam_T_target});
+    }
+  }
+  return result;
+}
+
+std::vector<PixelDirection> directions_of(const Camera& camera,
+                                          const std::vector<PosedView>& views) {
+  std::vector<PixelDirection> directions;
+  for (const PosedView& posed : views) {
+    for (const Vector2d& pixel : posed.view->pixels) {
+      if (const auto direction = bearing(camera, pixel)) {
+        directions.push_back({direction->bearing, pixel});
+      }
+    }
+  }
+  constexpr std::size_t kEnough = 2000;
+  if (directions.size() <= kEnough) return directions;
+  std::vector<PixelDirection> some;
+  for (std::size_t i = 0; i < kEnough; ++i) {
+    some.push_back(directions[i * directions.size() / kEnough]);
+  }
+  return some;
+}
+
+std::vector<const TargetView*> pointers(const std::vector<PosedView>& views) {
+  std::vector<const TargetView*> result;
+  for (const PosedView& one : views) result.push_back(one.view);
+  return result;
+}
+
+// A camera by itself, from a first lens: intrinsics, and the poses of its views.
+struct AloneCamera {
+  Camera camera;
+  std::vector<PosedView> views;
+};
+
+Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vector3d>& corners,
+                      const std::vector<const TargetView*>& views, const std::string& of) {
+  camera.cam_T_imu = {};
+  const std::vector<PosedView> inside = posed(camera, corners, views);
+  const CamerasLayout layout({lens});
+  std::vector<TargetView> own;
+  for (const PosedView& one : inside) {
+    own.push_back(*one.view);
+    own.back().camera = 0;
+  }
+  std::vector<const TargetView*> of_problem;
+  for (const TargetView& view : own) of_problem.push_back(&view);
+  RigProblem problem(corners, instants_of(of_problem), layout);
+  RigState state{.cameras = {camera}, .cam0_T_target = {}};
+  for (const Instant& instant : problem.instants()) {
+    const auto index = static_cast<std::size_t>(instant.views[0] - own.data());
+    state.cam0_T_target.push_back(inside[index].cam_T_target);
+  }
+  return solved(problem, corners, layout, std::move(state), of);
+}
+
+AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
+                             const std::vector<Vector3d>& corners,
+                             const std::vector<const TargetView*>& views, const std::string& of) {
+  std::vector<PosedView> usable = posed(first, corners, views);
+  if (usable.size() < kLeastViews) {
+    throw InputError(fmt::format(
+        "{}: found {} views of the target that have a pose, expected {}: is it this target?", of,
+        usable.size(), kLeastViews));
+  }
+  const std::vector<Camera> starts = fitted_lenses(first, lens, directions_of(first, usable));
+  std::optional<Solved> best;
+  std::optional<InputError> fault;
+  for (const Camera& start : starts) {
+    try {
+      Solved one = searched_alone(start, lens, corners, pointers(usable), of);
+      if (!best || one.squares < best->squares) best = std::move(one);
+    } catch (const InputError& error) {
+      fault = error;
+    }
+  }
+  if (!best && fault) throw *fault;
+  if (!best) throw InputError(fmt::format("{}: no lens {} has these corners", of, name_of(lens)));
+  const Camera& found = best->state.cameras[0];
+  return {found, posed(found, corners, views)};
+}
+
+double distance(const SE3& a, const SE3& b) {
+  return so3::log(a.R * b.R.transpose()).norm() + (a.p - b.p).norm();
+}
+
+// Of several poses, that which is nearest to the others.
+SE3 middle_pose(const std::vector<SE3>& poses) {
+  constexpr std::size_t kMost = 60;
+  std::vector<SE3> some;
+  const std::size_t count = std::min(kMost, poses.size());
+  for (std::size_t i = 0; i < count; ++i) some.push_back(poses[i * poses.size() / count]);
+  const auto sum = [&](const SE3& pose) {
+    double all = 0;
+    for (const SE3& other : some) all += distance(pose, other);
+    return all;
+  };
+  return *std::ranges::min_element(some, {}, sum);
+}
+
+// cam_T_cam0 of all cameras, through those that see the target at the same instants.
+void place_cameras(std::vector<AloneCamera>& cameras) {
+  std::vector<std::map<Time, SE3>> poses(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (const PosedView& one : cameras[c].views) poses[c][one.view->time] = one.cam_T_target;
+  }
+  std::vector<bool> placed(cameras.size(), false);
+  placed[0] = true;
+  cameras[0].camera.cam_T_imu = {};
+  for (std::size_t round = 1; round < cameras.size(); ++round) {
+    std::size_t next = 0;
+    std::vector<SE3> best;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      for (std::size_t from = 0; !placed[c] && from < cameras.size(); ++from) {
+        if (!placed[from]) continue;
+        std::vector<SE3> relative;
+        for (const auto& [time, pose] : poses[c]) {
+          const auto other = poses[from].find(time);
+          if (other == poses[from].end()) continue;
+          relative.push_back(pose * other->second.inverse() * cameras[from].camera.cam_T_imu);
+        }
+        if (relative.size() > best.size()) best = relative, next = c;
+      }
+    }
+    if (best.size() < kLeastViews) {
+      std::string alone;
+      for (std::size_t c = 0; c < cameras.size(); ++c) {
+        if (!placed[c]) alone += (alone.empty() ? "" : ", ") + said(static_cast<int>(c));
+      }
+      throw InputError(fmt::format(
+          "{}: found {} instants at which it and another camera see the target, expected {}: "
+          "show the target to two cameras at a time, or calibrate each camera alone",
+          alone, best.size(), kLeastViews));
+    }
+    cameras[next].camera.cam_T_imu = middle_pose(best);
+    placed[next] = true;
+  }
+}
+
+RigState rig_state(const std::vector<AloneCamera>& cameras, const std::vector<Instant>& instants) {
+  std::map<const TargetView*, SE3> poses;
+  for (const AloneCamera& camera : cameras) {
+    for (const PosedView& one : camera.views) poses[one.view] = one.cam_T_target;
+  }
+  RigState state;
+  for (const AloneCamera& camera : cameras) state.cameras.push_back(camera.camera);
+  for (const Instant& instant : instants) {
+    const TargetView& view = **std::ranges::max_element(
+        instant.views, {}, [](const TargetView* one) { return one->ids.size(); });
+    state.cam0_T_target.push_back(
+        state.cameras[static_cast<std::size_t>(view.camera)].cam_T_imu.inverse() *
+        poses.at(&view));
+  }
+  return state;
+}
+
+ExplainedView explained(const RigState& x, std::size_t instant, const TargetView& view,
+                        const std::vector<Vector3d>& corners) {
+  const Camera& camera = x.cameras[static_cast<std::size_t>(view.camera)];
+  ExplainedView result{.view = view, .cam_T_target = camera.cam_T_imu * x.cam0_T_target[instant],
+                       .errors = {}, .rms = 0};
+  for (std::size_t i = 0; i < view.ids.size(); ++i) {
+    const auto image =
+        project(camera, result.cam_T_target * corners[static_cast<std::size_t>(view.ids[i])]);
+    result.errors.push_back(view.pixels[i] - image->pixel);
+    result.rms += result.errors.back().squaredNorm();
+  }
+  result.rms = std::sqrt(result.rms / static_cast<double>(view.ids.size()));
+  return result;
+}
+
+// Errors are alike in one image, and in those that follow soon: what each second of views says of
+// the parameters scatters by more than independent errors would. One factor for all parameters,
+// because each alone would have a noisy one.
+double correlation_factor(const ChainEquations& equations, const MatrixXd& covariance,
+                          const std::vector<Instant>& instants) {
+  const std::optional<MatrixXd> gradients = equations.border_gradients();
+  if (!gradients) return 1;
+  MatrixXd scatter = MatrixXd::Zero(covariance.rows(), covariance.cols());
+  VectorXd sum = VectorXd::Zero(covariance.rows());
+  Time begin{};
+  for (std::size_t k = 0; k < instants.size(); ++k) {
+    if (k == 0 || to_seconds(instants[k].time - begin) >= kBlockSeconds) {
+      scatter.noalias() += sum * sum.transpose();
+      sum.setZero();
+      begin = instants[k].time;
+    }
+    sum += gradients->col(static_cast<Eigen::Index>(k));
+  }
+  scatter.noalias() += sum * sum.transpose();
+  const double factor = (covariance * scatter).trace() / static_cast<double>(covariance.rows());
+  return std::max(1.0, factor);
+}
+
+void check_input(const CamerasInput& input) {
+  if (input.cameras.empty() || input.cameras.size() != input.lenses.size()) {
+    throw UsageError(fmt::format("calibrate_cameras: found {} cameras and {} lenses, expected one "
+                                 "lens for each camera",
+                                 input.cameras.size(), input.lenses.size()));
+  }
+  for (const TargetView& view : input.views) {
+    const auto is_corner = [&](int id) {
+      return id >= 0 && static_cast<std::size_t>(id) < input.corners.size();
+    };
+    if (view.camera < 0 || static_cast<std::size_t>(view.camera) >= input.cameras.size() ||
+        view.ids.size() != view.pixels.size() || !std::ranges::all_of(view.ids, is_corner)) {
+      throw UsageError(fmt::format(
+          "calibrate_cameras: a view of camera {} with {} ids and {} pixels: expected a camera "
+          "below {}, and a pixel for each id, from 0 to {}",
+          view.camera, view.ids.size(), view.pixels.size(), input.cameras.size(),
+          input.corners.size() - 1));
+    }
+    if (!std::ranges::all_of(view.pixels, [](const Vector2d& p) { return p.allFinite(); })) {
+      throw UsageError(fmt::format("calibrate_cameras: a view of camera {} has a pixel that is not "
+                                   "finite",
+                                   view.camera));
+    }
+  }
+}
+
+AloneCamera begun(const CamerasInput& input, std::size_t c,
+                  const std::vector<const TargetView*>& views) {
+  const std::string of = said(static_cast<int>(c));
+  if (views.size() < kLeastViews) {
+    throw InputError(fmt::format("{}: found {} views of the target with {} corners or more, "
+                                 "expected {}",
+                                 of, views.size(), kLeastCorners, kLeastViews));
+  }
+  const std::optional<Camera> guess =
+      input.cameras[c].fx > 0 ? std::optional(input.cameras[c])
+                              : guessed_camera(input.cameras[c], input.corners, views);
+  if (!guess) {
+    throw InputError(fmt::format("{}: no lens explains the corners: is it this target, and are its "
+                                 "sizes right?",
+                                 of));
+  }
+  return calibrated_alone(*guess, input.lenses[c], input.corners, views, of);
+}
+
+}  // namespace
+
+CamerasLayout::CamerasLayout(const std::vector<LensForm>& lenses) : lenses_(lenses) {
+  int row = 0;
+  for (std::size_t c = 0; c < lenses.size(); ++c) {
+    first_.push_back(row);
+    row += lenses[c].parameters() + (c > 0 ? 6 : 0);
+  }
+  first_.push_back(row);
+}
+
+std::vector<std::string> CamerasLayout::names() const {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < lenses_.size(); ++c) {
+    const std::string of = said(static_cast<int>(c)) + ".";
+    for (const std::string& name : lens_parameter_names(lenses_[c])) names.push_back(of + name);
+    if (c == 0) continue;
+    for (const char* part : {"rotation", "position"}) {
+      for (const char* axis : {"_x", "_y", "_z"}) names.push_back(of + part + axis);
+    }
+  }
+  return names;
+}
+
+CamerasCalibration calibrate_cameras(const CamerasInput& input) {
+  check_input(input);
+  std::vector<const TargetView*> views;
+  for (const TargetView& view : input.views) {
+    if (view.ids.size() >= kLeastCorners) views.push_back(&view);
+  }
+  std::vector<AloneCamera> cameras;
+  std::vector<const TargetView*> usable;
+  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
+    cameras.push_back(begun(input, c, of_camera(views, static_cast<int>(c))));
+    for (const PosedView& one : cameras.back().views) usable.push_back(one.view);
+  }
+  place_cameras(cameras);
+  const CamerasLayout layout(input.lenses);
+  RigProblem problem(input.corners, instants_of(usable), layout);
+  const Solved found = solved(problem, input.corners, layout,
+                              rig_state(cameras, problem.instants()), "the cameras");
+  const std::optional<RigLinearised> linearised = problem.linearised(found.state);
+  const ChainEquations& equations = linearised->equations;
+  const std::optional<MatrixXd> information = equations.border_information();
+  const Eigen::LLT<MatrixXd> factor(information.value_or(MatrixXd::Zero(1, 1)));
+  if (!information || factor.info() != Eigen::Success) {
+    throw InputError("the cameras: the views do not determine all parameters");
+  }
+  CamerasCalibration result{.cameras = found.state.cameras,
+                            .names = layout.names(),
+                            .covariance = factor.solve(MatrixXd::Identity(layout.rows(), layout.rows())),
+                            .pixel_sigma = found.sigma,
+                            .correlation_factor = 1,
+                            .views = {},
+                            .without_pose = input.views.size() - usable.size(),
+                            .iterations = found.iterations};
+  result.correlation_factor = correlation_factor(equations, result.covariance, problem.instants());
+  result.covariance *= result.correlation_factor;
+  MatrixXd by_coordinates = MatrixXd::Identity(layout.rows(), layout.rows());
+  for (std::size_t c = 0; c < result.cameras.size(); ++c) {
+    const LensForm& lens = layout.lens(c);
+    const int row = layout.lens_row(c), n = lens.parameters();
+    by_coordinates.block(row, row, n, n) = by_search_coordinates(
+        lens, search_coordinates(lens, lens_parameters(result.cameras[c])));
+  }
+  result.covariance = by_coordinates * result.covariance * by_coordinates.transpose();
+  for (std::size_t k = 0; k < problem.instants().size(); ++k) {
+    for (const TargetView* view : problem.instants()[k].views) {
+      result.views.push_back(explained(found.state, k, *view, input.corners));
+    }
+  }
+  return result;
+}
+
+}  // namespace chasles

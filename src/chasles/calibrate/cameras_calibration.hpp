@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/calibrate/lens_parameters.hpp>
+#include <chasles/target/target.hpp>
+
+namespace chasles {
+
+/// Views of a target by the cameras of a rig. Target and rig may both move: what cameras see at the
+/// same instant has one pose of the target.
+struct CamerasInput {
+  std::vector<Eigen::Vector3d> corners;  ///< p_target, as Target::corners() [m]
+  std::vector<TargetView> views;         ///< in any order
+  /// The size of the images of each camera; with fx > 0 also from where the search begins. Without,
+  /// it begins from nothing.
+  std::vector<Camera> cameras;
+  std::vector<LensForm> lenses;  ///< of each camera
+};
+
+/// The rows of a calibration's parameters: of each camera (fx, fy, cx, cy, coefficients) and, for
+/// those after the first, the errors of cam_T_cam0: R = Exp(phi) Rhat and p = phat + dp, in the axes
+/// of the camera [rad, m].
+class CamerasLayout {
+ public:
+  explicit CamerasLayout(const std::vector<LensForm>& lenses);
+
+  int lens_row(std::size_t camera) const { return first_[camera]; }
+  int pose_row(std::size_t camera) const { return first_[camera] + lenses_[camera].parameters(); }
+  int rows() const { return first_.back(); }
+  const LensForm& lens(std::size_t camera) const { return lenses_[camera]; }
+  std::vector<std::string> names() const;  ///< "cam0.fx", "cam1.rotation_x", "cam1.position_x", …
+
+ private:
+  std::vector<LensForm> lenses_;
+  std::vector<int> first_;
+};
+
+/// A view as a calibration explains it.
+struct ExplainedView {
+  TargetView view;
+  SE3 cam_T_target;
+  std::vector<Eigen::Vector2d> errors;  ///< measured minus projected corners [px]
+  double rms = 0;                       ///< of them [px]
+};
+
+struct CamerasCalibration {
+  std::vector<Camera> cameras;       ///< cam_T_imu is cam_T_cam0
+  std::vector<std::string> names;    ///< of the rows of the covariance
+  Eigen::MatrixXd covariance;        ///< of the parameters, as CamerasLayout
+  double pixel_sigma = 0;            ///< of a corner's u or v, robust [px]
+  /// By how much the variances are larger than those of errors that are independent from corner to
+  /// corner: estimated from the scatter of what each second of views says. At least 1.
+  double correlation_factor = 1;
+  std::vector<ExplainedView> views;  ///< by time and camera
+  std::size_t without_pose = 0;      ///< views that were not used: fewer than 4 corners, or no pose
+  int iterations = 0;
+};
+
+/// Least squares of the corners' pixels, under Huber's loss at three standard deviations; no corner
+/// is left out. Throws InputError where the views do not determine the parameters, where cameras
+/// share no instants, and where the search does not converge: with what is missing.
+CamerasCalibration calibrate_cameras(const CamerasInput& input);
+
+}  // namespace chasles

@@ -1,0 +1,154 @@
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/calibrate/calibrate_testing.hpp>
+#include <chasles/calibrate/cross_validation.hpp>
+#include <chasles/calibrate/projection_uncertainty.hpp>
+#include <chasles/camera/camera_testing.hpp>
+
+namespace chasles::test {
+namespace {
+
+struct Scores {
+  double nees = 0, rows = 0;          // of all parameters
+  double beyond = 0, parameters = 0;  // of 3 sigma, each by itself
+  double pixels = 0, expected = 0;    // squares of the projections' differences
+};
+
+// In the coordinates of the search, in which the valley of xi is straight.
+void score(const CamerasCalibration& found, const std::vector<Camera>& truth, bool is_unique,
+           Scores& scores) {
+  std::vector<LensForm> lenses;
+  for (const Camera& camera : truth) lenses.push_back(form_of(camera));
+  const CamerasLayout layout(lenses);
+  Eigen::VectorXd errors = calibration_errors(found.cameras, truth);
+  Eigen::MatrixXd to = Eigen::MatrixXd::Identity(layout.rows(), layout.rows());
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    const int row = layout.lens_row(c), n = lenses[c].parameters();
+    const Eigen::VectorXd at = search_coordinates(lenses[c], lens_parameters(found.cameras[c]));
+    errors.segment(row, n) = search_coordinates(lenses[c], lens_parameters(truth[c])) - at;
+    to.block(row, row, n, n) = by_search_coordinates(lenses[c], at).inverse();
+    const auto grid =
+        projection_uncertainty(found.cameras[c], lens_covariance(found, c));
+    const auto differences = projection_difference(found.cameras[c], truth[c]);
+    for (const PixelUncertainty& one : grid) scores.expected += one.sigma_px * one.sigma_px;
+    for (const PixelDifference& one : differences) {
+      scores.pixels += one.difference.squaredNorm() / 2;
+    }
+  }
+  if (!is_unique) return;
+  const Eigen::MatrixXd covariance = to * found.covariance * to.transpose();
+  scores.nees += errors.dot(covariance.ldlt().solve(errors));
+  scores.rows += static_cast<double>(errors.size());
+  const Eigen::VectorXd sigmas = covariance.diagonal().cwiseSqrt();
+  scores.parameters += static_cast<double>(errors.size());
+  scores.beyond += static_cast<double>((errors.array().abs() > 3 * sigmas.array()).count());
+}
+
+// From nothing but corners.
+TEST(CamerasCalibration, ErrorsAreThoseOfTheirCovarianceForEachLens) {
+  for (const Lens& lens : lenses()) {
+    SCOPED_TRACE(name_of(form_of(lens.camera)));
+    const std::vector<Camera> truth = {lens.camera};
+    // With xi at 0.35 there is another double sphere, xi -0.15, with the same pixels to the noise.
+    const bool is_unique = lens.camera.distortion != Distortion::kDoubleSphere ||
+                           lens.camera.coefficients[0] < 0;
+    Scores scores;
+    constexpr int kRuns = 3;
+    for (int run = 0; run < kRuns; ++run) {
+      const CamerasCalibration found = calibrate_cameras(
+          board_views({.cameras = truth}, static_cast<std::uint64_t>(run)));
+      EXPECT_NEAR(found.pixel_sigma, 0.2, 0.01);
+      score(found, truth, is_unique, scores);
+    }
+    if (is_unique) {
+      EXPECT_LT(scores.nees / scores.rows, 3);
+      EXPECT_GT(scores.nees / scores.rows, 0.25);
+    }
+    EXPECT_LT(scores.pixels / scores.expected, 1.5);
+  }
+}
+
+std::vector<Camera> rig(std::size_t count) {
+  std::vector<Camera> cameras = {euroc_camera(), euroc_camera(), fisheye_camera(),
+                                 pinhole_camera()};
+  cameras[1].cam_T_imu = {so3::exp(Eigen::Vector3d(0.01, 0.02, -0.01)), {-0.11, 0.001, 0.002}};
+  cameras[2].cam_T_imu = {so3::exp(Eigen::Vector3d(0.3, -0.2, 0.1)), {0.05, 0.1, 0.02}};
+  cameras[3].cam_T_imu = {so3::exp(Eigen::Vector3d(-0.1, 0.1, 0.02)), {0.2, 0.02, -0.05}};
+  cameras.resize(count);
+  return cameras;
+}
+
+TEST(CamerasCalibration, ErrorsAreThoseOfTheirCovarianceForRigs) {
+  Scores scores;
+  for (const std::size_t count : {2u, 3u, 4u}) {
+    const std::vector<Camera> truth = rig(count);
+    for (std::uint64_t run = 0; run < 3; ++run) {
+      score(calibrate_cameras(board_views({.cameras = truth}, 100 * count + run)), truth, true,
+            scores);
+    }
+  }
+  EXPECT_LT(scores.nees / scores.rows, 1.6);
+  EXPECT_GT(scores.nees / scores.rows, 0.5);
+  EXPECT_LE(scores.beyond, 0.02 * scores.parameters);
+  EXPECT_LT(scores.pixels / scores.expected, 1.7);
+}
+
+TEST(CamerasCalibration, HalvesAgreeWithinTheirSigmas) {
+  const CamerasInput input = board_views({.cameras = rig(2), .instants = 120}, 5);
+  const HalvesComparison halves = compare_halves(input);
+  const double chi2 = (halves.difference.array() / halves.sigma.array()).square().mean();
+  EXPECT_LT(chi2, 2.5);
+  EXPECT_GT(chi2, 0.2);
+  EXPECT_NEAR(halves.held_out_rms, 0.2 * std::sqrt(2), 0.02);
+  EXPECT_LT(halves.pixels[0], 2.5 * halves.pixels_sigma[0]);
+}
+
+// Several models may do for a lens. One that does not is never chosen.
+TEST(CamerasCalibration, TheLensIsChosenByViewsThatItHasNotSeen) {
+  for (const Camera& camera : {euroc_camera(), fisheye_camera(),
+                               lens_of(Distortion::kEucm, {0.62, 1.08}, 320, 1.5).camera}) {
+    const LensForm own = form_of(camera);
+    const LensChoice choice =
+        choose_lens(board_views({.cameras = {camera}}, 11), 0, common_lenses());
+    const auto trial_of = [&](const LensForm& lens) {
+      return *std::ranges::find(choice.trials, lens, &LensTrial::lens);
+    };
+    EXPECT_NEAR(trial_of(own).held_out_rms, 0.2 * std::sqrt(2), 0.01) << name_of(own);
+    EXPECT_LE(trial_of(choice.lens).held_out_rms, 1.01 * trial_of(own).held_out_rms);
+    EXPECT_LE(choice.lens.parameters(), own.parameters());
+  }
+  const LensChoice fisheye =
+      choose_lens(board_views({.cameras = {fisheye_camera()}}, 11), 0, common_lenses());
+  EXPECT_GT(fisheye.trials[0].held_out_rms, 1) << "radtan ends before 90 degrees";
+}
+
+TEST(CamerasCalibration, SaysWhatIsMissing) {
+  const auto fault_of = [](const CamerasInput& input) -> std::string {
+    try {
+      calibrate_cameras(input);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  CamerasInput few = board_views({.cameras = rig(1), .instants = 2}, 1);
+  EXPECT_NE(fault_of(few).find("cam0: found 2 views"), std::string::npos) << fault_of(few);
+  // Two cameras that never see the board at the same time.
+  CamerasInput apart = board_views({.cameras = rig(2), .instants = 30}, 2);
+  for (TargetView& view : apart.views) view.time += std::chrono::nanoseconds(view.camera);
+  EXPECT_NE(fault_of(apart).find("cam1: found 0 instants"), std::string::npos) << fault_of(apart);
+  CamerasInput wrong = board_views({.cameras = rig(1)}, 4);
+  wrong.views[0].ids[0] = 1000;
+  EXPECT_NE(fault_of(wrong).find("from 0 to 143"), std::string::npos);
+  wrong.views[0].ids[0] = 0;
+  wrong.views[0].pixels[0].x() = kNaN;
+  EXPECT_NE(fault_of(wrong).find("not finite"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace chasles::test

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/calibrate/cameras_calibration.hpp>
+
+namespace chasles {
+
+/// What two halves of the views say, each without the other. The halves are alternate pieces of the
+/// recording, so that both have all of its motion.
+struct HalvesComparison {
+  /// Of each row of CamerasCalibration: the second half minus the first, and its standard deviation.
+  Eigen::VectorXd difference, sigma;
+  /// Of each camera over its image: root mean square of the projections' difference, and of its
+  /// standard deviation [px].
+  std::vector<double> pixels, pixels_sigma;
+  /// Root mean square error of the corners of each half under the lenses and extrinsics of the other,
+  /// each view with a pose of its own [px].
+  double held_out_rms = 0;
+};
+
+/// Throws as calibrate_cameras(), where a half has too few views.
+HalvesComparison compare_halves(const CamerasInput& input);
+
+/// A lens model for one camera, and how well it predicts.
+struct LensTrial {
+  LensForm lens;
+  double held_out_rms = 0;  ///< [px], as in HalvesComparison; NaN if it has no calibration
+  std::string fault;        ///< why
+};
+
+/// Calibrates one camera with each of the lenses. All views count in each trial: where a lens
+/// has no pose for a view, the error is that of a missing corner, 10 px. The best is the one of
+/// fewest parameters whose error is within 1 % of the least.
+struct LensChoice {
+  LensForm lens;
+  std::vector<LensTrial> trials;
+};
+LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
+                       const std::vector<LensForm>& candidates);
+
+/// Those that are tried by default.
+std::vector<LensForm> common_lenses();
+
+}  // namespace chasles
