@@ -40,7 +40,8 @@ bool has_marker(const Target& target, int column, int row_from_above) {
 PrintedTag april_tag(const Target& target, int tag, std::uint64_t code) {
   const double step = target.tag_size * (1 + target.tag_spacing);
   // OpenCV's AprilTags are turned by half a turn.
-  return {Vector2d(tag % target.columns, tag / target.columns) * step, turned(turned(code, 6), 6)};
+  const Eigen::Vector2i at(tag % target.columns, tag / target.columns);
+  return {at.cast<double>() * step, 2 * at, turned(turned(code, 6), 6)};
 }
 
 }  // namespace
@@ -72,10 +73,36 @@ std::vector<PrintedTag> printed_tags(const Target& target) {
     for (int c = 0; c < target.columns; ++c) {
       if (!has_marker(target, c, r)) continue;
       const Vector2d square = Vector2d(c - 1, target.rows - 2 - r) * target.column_spacing;
-      result.push_back({square + Vector2d::Constant(margin), codes[result.size()]});
+      result.push_back({square + Vector2d::Constant(margin),
+                        {c - 1, target.rows - 2 - r},
+                        codes[result.size()]});
     }
   }
   return result;
+}
+
+CornerGrid corner_grid(const Target& target) {
+  if (target.kind == TargetKind::april_grid) return {2 * target.columns, 2 * target.rows};
+  if (target.kind == TargetKind::charuco) return {target.columns - 1, target.rows - 1};
+  return {target.columns, target.rows};
+}
+
+bool is_in(const CornerGrid& grid, const Eigen::Vector2i& at) {
+  return at.x() >= 0 && at.y() >= 0 && at.x() < grid.columns && at.y() < grid.rows;
+}
+
+int corner_id(const Target& target, const Eigen::Vector2i& at) {
+  const CornerGrid grid = corner_grid(target);
+  if (target.kind == TargetKind::charuco) return (grid.rows - 1 - at.y()) * grid.columns + at.x();
+  if (target.kind == TargetKind::checkerboard) return at.y() * grid.columns + at.x();
+  const bool right = at.x() % 2 != 0, up = at.y() % 2 != 0;
+  const int corner = up ? (right ? 2 : 3) : (right ? 1 : 0);
+  return 4 * (at.y() / 2 * target.columns + at.x() / 2) + corner;
+}
+
+bool is_dark_to_upper_right(const Target& target, const Eigen::Vector2i& at) {
+  if (target.kind == TargetKind::charuco) return is_black_square(target, at.x() + 1, at.y() + 1);
+  return (at.x() + at.y()) % 2 == 0;
 }
 
 TagCells tag_cells(const Target& target) {

@@ -32,7 +32,7 @@ struct Target {
   /// charuco: OpenCV's name of the markers' dictionary, e.g. "DICT_5X5_1000"; the first marker has
   /// its code 0.
   std::string dictionary = {};
-  /// charuco with an even number of rows: the upper left square is white, as OpenCV until 4.6
+  /// charuco with an even number of rows: the upper left square is white, as OpenCV before 4.6
   /// printed it, and later with setLegacyPattern(true). Otherwise that square is black.
   bool legacy_pattern = false;
 

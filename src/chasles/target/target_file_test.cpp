@@ -6,6 +6,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/target/marker_dictionary.hpp>
+#include <chasles/target/tag_layout.hpp>
 #include <chasles/target/target_file.hpp>
 
 namespace chasles {
@@ -13,16 +14,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kAprilGrid =
+const std::string kAprilGridYaml =
     "target_type: 'aprilgrid' #gridtype\n"
     "tagCols: 6               #number of apriltags\n"
     "tagRows: 6               #number of apriltags\n"
     "tagSize: 0.088           #size of apriltag, edge to edge [m]\n"
     "tagSpacing: 0.3          #ratio of space between tags to tagSize\n";
-const std::string kCheckerboard =
+const std::string kCheckerboardYaml =
     "target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\n"
     "colSpacingMeters: 0.05\n";
-const std::string kCharuco =
+const std::string kCharucoYaml =
     "target_type: charuco\nsquaresX: 5\nsquaresY: 8\nsquareLength: 0.04\nmarkerLength: 0.03\n"
     "dictionary: DICT_5X5_100\nlegacy_pattern: true\n";
 
@@ -53,26 +54,26 @@ void expect_error(const std::string& text, const std::vector<std::string>& parts
 }
 
 TEST(TargetFile, KalibrsFilesAreRead) {
-  EXPECT_EQ(read_target(written(kAprilGrid)), (Target{.kind = TargetKind::april_grid,
-                                                      .columns = 6,
-                                                      .rows = 6,
-                                                      .tag_size = 0.088,
-                                                      .tag_spacing = 0.3}));
-  EXPECT_EQ(read_target(written(kCheckerboard)), (Target{.kind = TargetKind::checkerboard,
-                                                         .columns = 6,
-                                                         .rows = 7,
-                                                         .column_spacing = 0.05,
-                                                         .row_spacing = 0.06}));
+  EXPECT_EQ(read_target(written(kAprilGridYaml)), (Target{.kind = TargetKind::april_grid,
+                                                          .columns = 6,
+                                                          .rows = 6,
+                                                          .tag_size = 0.088,
+                                                          .tag_spacing = 0.3}));
+  EXPECT_EQ(read_target(written(kCheckerboardYaml)), (Target{.kind = TargetKind::checkerboard,
+                                                             .columns = 6,
+                                                             .rows = 7,
+                                                             .column_spacing = 0.05,
+                                                             .row_spacing = 0.06}));
 }
 
 TEST(TargetFile, WhatIsWrittenIsRead) {
-  for (const std::string& text : {kAprilGrid, kCheckerboard, kCharuco}) {
+  for (const std::string& text : {kAprilGridYaml, kCheckerboardYaml, kCharucoYaml}) {
     const Target target = read_target(written(text));
     EXPECT_EQ(read_target(written(target_yaml(target))), target) << text;
   }
   const fs::path file = fs::path(testing::TempDir()) / "copy.yaml";
-  write_target(file, read_target(written(kCharuco)));
-  EXPECT_EQ(read_target(file), read_target(written(kCharuco)));
+  write_target(file, read_target(written(kCharucoYaml)));
+  EXPECT_EQ(read_target(file), read_target(written(kCharucoYaml)));
 }
 
 TEST(TargetFile, ErrorsSayWhatWasExpected) {
@@ -80,28 +81,31 @@ TEST(TargetFile, ErrorsSayWhatWasExpected) {
                {"circlegrid", "'aprilgrid'", "not read"});
   expect_error("target_type: april\n", {":1:", "'april'", "'charuco'"});
   expect_error("tagCols: 6\n", {"target_type", "missing"});
-  expect_error(changed(kAprilGrid, "tagRows: 6", ""), {"'tagRows' is missing"});
-  expect_error(changed(kAprilGrid, "tagRows: 6", "tagRows: 6.5"), {":3:", "6.5", "whole number"});
-  expect_error(changed(kAprilGrid, "tagRows: 6", "tagRows: 0"), {"'tagRows'", "above 0"});
-  expect_error(changed(kAprilGrid, "tagRows: 6", "tagRows: 99"), {"6 x 99", "at most 587"});
-  expect_error(changed(kAprilGrid, "0.088", "88"), {"found 88", "millimetres"});
-  expect_error(changed(kAprilGrid, "0.088", "-0.088"), {"'tagSize'", "positive"});
-  expect_error(changed(kAprilGrid, "0.3", "0.0264"), {"'tagSpacing'", "0.0264 m, write 0.3"});
-  expect_error(changed(kAprilGrid, "0.3", "26.4"), {"26.4", "0.05 to 2"});
-  expect_error(kAprilGrid + "tagBorder: 1\n", {"tagBorder", "unknown"});
-  expect_error(changed(kCheckerboard, "targetCols: 6", "targetCols: 2"),
+  expect_error(changed(kAprilGridYaml, "tagRows: 6", ""), {"'tagRows' is missing"});
+  expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 6.5"),
+               {":3:", "6.5", "whole number"});
+  expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 0"), {"'tagRows'", "above 0"});
+  expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 99"), {"6 x 99", "at most 587"});
+  expect_error(changed(kAprilGridYaml, "0.088", "88"), {"found 88", "millimetres"});
+  expect_error(changed(kAprilGridYaml, "0.088", "-0.088"), {"'tagSize'", "positive"});
+  expect_error(changed(kAprilGridYaml, "0.3", "0.0264"), {"'tagSpacing'", "0.0264 m, write 0.3"});
+  expect_error(changed(kAprilGridYaml, "0.3", "26.4"), {"26.4", "0.05 to 2"});
+  expect_error(kAprilGridYaml + "tagBorder: 1\n", {"tagBorder", "unknown"});
+  expect_error(changed(kCheckerboardYaml, "targetCols: 6", "targetCols: 2"),
                {"found 2", "inner corners"});
-  expect_error(changed(kCheckerboard, "0.06", "nan"), {"'rowSpacingMeters'"});
-  expect_error(changed(kCharuco, "5X5_100", "5X5_101"), {"DICT_5X5_101", "did you mean"});
-  expect_error(changed(kCharuco, "5X5_100", "4X4_50") + "x: 1", {"'x'", "unknown"});
-  expect_error(changed(kCharuco, "0.03", "0.04"), {"0.04", "0.95"});
-  expect_error(changed(kCharuco, "squaresX: 5", "squaresX: 60"), {"240 tags", "at most 100"});
-  expect_error(changed(kCharuco, "legacy_pattern: true", "legacy_pattern: 1"), {"true", "false"});
-  expect_error(changed(kCharuco, "legacy_pattern: true\n", ""), {"'legacy_pattern' is missing"});
+  expect_error(changed(kCheckerboardYaml, "0.06", "nan"), {"'rowSpacingMeters'"});
+  expect_error(changed(kCharucoYaml, "5X5_100", "5X5_101"), {"DICT_5X5_101", "did you mean"});
+  expect_error(changed(kCharucoYaml, "5X5_100", "4X4_50") + "x: 1", {"'x'", "unknown"});
+  expect_error(changed(kCharucoYaml, "0.03", "0.04"), {"0.04", "0.95"});
+  expect_error(changed(kCharucoYaml, "squaresX: 5", "squaresX: 60"), {"240 tags", "at most 100"});
+  expect_error(changed(kCharucoYaml, "legacy_pattern: true", "legacy_pattern: 1"),
+               {"true", "false"});
+  expect_error(changed(kCharucoYaml, "legacy_pattern: true\n", ""),
+               {"'legacy_pattern' is missing"});
 }
 
 TEST(TargetCorners, AprilGridAsInEuRoC) {
-  const auto corners = read_target(written(kAprilGrid)).corners();
+  const auto corners = read_target(written(kAprilGridYaml)).corners();
   ASSERT_EQ(corners.size(), 144u);
   // The first corners of tags 0, 1 and 6, of ../shared/data/euroc/imu_april/landmarks.csv.
   EXPECT_TRUE(corners[0].isZero());
@@ -113,19 +117,19 @@ TEST(TargetCorners, AprilGridAsInEuRoC) {
 }
 
 TEST(TargetCorners, CheckerboardsGoUpAndCharucoDown) {
-  const auto board = read_target(written(kCheckerboard)).corners();
+  const auto board = read_target(written(kCheckerboardYaml)).corners();
   ASSERT_EQ(board.size(), 42u);
   EXPECT_TRUE(board[7].isApprox(Eigen::Vector3d(0.05, 0.06, 0)));
-  const auto charuco = read_target(written(kCharuco)).corners();
+  const auto charuco = read_target(written(kCharucoYaml)).corners();
   ASSERT_EQ(charuco.size(), 28u);
   EXPECT_TRUE(charuco[0].isApprox(Eigen::Vector3d(0, 0.24, 0)));
   EXPECT_TRUE(charuco[24].isZero());
 }
 
 TEST(TargetCorners, HalfATurn) {
-  EXPECT_FALSE(read_target(written(kCheckerboard)).looks_same_turned());
-  EXPECT_TRUE(read_target(written(changed(kCheckerboard, "6", "5"))).looks_same_turned());
-  EXPECT_FALSE(read_target(written(kAprilGrid)).looks_same_turned());
+  EXPECT_FALSE(read_target(written(kCheckerboardYaml)).looks_same_turned());
+  EXPECT_TRUE(read_target(written(changed(kCheckerboardYaml, "6", "5"))).looks_same_turned());
+  EXPECT_FALSE(read_target(written(kAprilGridYaml)).looks_same_turned());
 }
 
 TEST(TargetCodes, FourQuartersOfATurn) {
@@ -136,6 +140,12 @@ TEST(TargetCodes, FourQuartersOfATurn) {
     EXPECT_EQ(again == code, k == 3);
   }
   EXPECT_EQ(turned(0b100000000, 3), 0b000000100u) << "upper left to lower left";
+}
+
+// The first code of the family 36h11 (Olson), row by row from the upper left.
+TEST(TargetCodes, AprilTagsAreUpright) {
+  const auto tags = printed_tags(read_target(written(kAprilGridYaml)));
+  EXPECT_EQ(tags[0].code, 0xd5d628584u);
 }
 
 // The distances are those of the dictionaries' names or of OpenCV's corrections.
