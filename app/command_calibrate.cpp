@@ -9,6 +9,8 @@ namespace chasles::app {
 
 std::span<const Subcommand> calibrate_commands() {
   static constexpr Subcommand list[] = {
+      {"cameras", "Lenses and relative poses of cameras, from views of a target",
+       declare_calibrate_cameras},
       {"noise", "Noise densities and bias walks of an IMU, from a recording at rest or in motion",
        declare_calibrate_noise},
   };

@@ -32,7 +32,11 @@ struct BoardScene {
 inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
   const Random random = random_of_run(20261130, seed);
   const Target target = april_board();
-  CamerasInput input{.corners = target.corners(), .views = {}, .cameras = {}, .lenses = {}};
+  CamerasInput input{.corners = target.corners(),
+                     .views = {},
+                     .cameras = {},
+                     .lenses = {},
+                     .shape = printed_shape(target)};
   for (const Camera& camera : scene.cameras) {
     input.cameras.push_back({.width = camera.width, .height = camera.height, .cam_T_imu = {}});
     input.lenses.push_back(form_of(camera));
@@ -61,8 +65,11 @@ inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
     const SE3 cam0_T_target = before.cam_T_imu.inverse() * cam_T_target;
     for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
       const Camera& camera = scene.cameras[c];
-      TargetView view{.time = Time(static_cast<std::int64_t>(1e9 * scene.seconds * static_cast<double>(k))),
-                      .camera = static_cast<int>(c), .ids = {}, .pixels = {}};
+      TargetView view{
+          .time = Time(static_cast<std::int64_t>(1e9 * scene.seconds * static_cast<double>(k))),
+          .camera = static_cast<int>(c),
+          .ids = {},
+          .pixels = {}};
       for (std::size_t i = 0; i < input.corners.size(); ++i) {
         const auto image = project(camera, camera.cam_T_imu * (cam0_T_target * input.corners[i]));
         noise += 2;
@@ -79,21 +86,21 @@ inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
   return input;
 }
 
-/// The errors of a calibration in the order of CamerasLayout.
-inline Eigen::VectorXd calibration_errors(const std::vector<Camera>& found,
+/// The errors of a calibration, true minus found, in the order of its layout(). The target is as it
+/// is drawn.
+inline Eigen::VectorXd calibration_errors(const CamerasCalibration& found,
                                           const std::vector<Camera>& truth) {
-  std::vector<LensForm> lenses;
-  for (const Camera& camera : truth) lenses.push_back(form_of(camera));
-  const CamerasLayout layout(lenses);
+  const CamerasLayout layout = found.layout();
   Eigen::VectorXd errors(layout.rows());
   for (std::size_t c = 0; c < truth.size(); ++c) {
-    errors.segment(layout.lens_row(c), lenses[c].parameters()) =
-        lens_parameters(truth[c]) - lens_parameters(found[c]);
+    errors.segment(layout.lens_row(c), layout.lens(c).parameters()) =
+        lens_parameters(truth[c]) - lens_parameters(found.cameras[c]);
     if (c == 0) continue;
-    const SE3 &f = found[c].cam_T_imu, &t = truth[c].cam_T_imu;
+    const SE3 &f = found.cameras[c].cam_T_imu, &t = truth[c].cam_T_imu;
     errors.segment<3>(layout.pose_row(c)) = so3::log(t.R * f.R.transpose());
     errors.segment<3>(layout.pose_row(c) + 3) = t.p - f.p;
   }
+  errors.tail(layout.shape_rows()) = -found.shape;
   return errors;
 }
 

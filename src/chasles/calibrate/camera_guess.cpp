@@ -9,10 +9,10 @@
 namespace chasles {
 namespace {
 
-constexpr std::size_t kViews = 12;         // that are compared
-constexpr double kStep = 1.12;             // of one focal length to the next
-constexpr double kLossWidth = 3;           // [px]
-constexpr double kUnexplained = 50;        // error of a view without a pose [px]
+constexpr std::size_t kViews = 12;   // that are compared
+constexpr double kStep = 1.12;       // of one focal length to the next
+constexpr double kLossWidth = 3;     // [px]
+constexpr double kUnexplained = 50;  // error of a view without a pose [px]
 
 // Those with most corners, spread over the recording: the best of each part.
 std::vector<const TargetView*> telling_views(const std::vector<const TargetView*>& views) {

@@ -24,8 +24,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLossSigmas = 3;    // where Huber's loss begins
-constexpr double kFirstWidth = 3;    // of the loss before the noise is known [px]
+constexpr double kLossSigmas = 3;     // where Huber's loss begins
+constexpr double kFirstWidth = 3;     // of the loss before the noise is known [px]
 constexpr double kLeastSigma = 0.01;  // of corners without noise [px]
 constexpr std::size_t kLeastCorners = 4;
 constexpr std::size_t kLeastViews = 3;
@@ -43,8 +43,30 @@ struct Instant {
 };
 
 struct RigState {
-  std::vector<Camera> cameras;    // cam_T_imu: cam_T_cam0
+  std::vector<Camera> cameras;     // cam_T_imu: cam_T_cam0
   std::vector<SE3> cam0_T_target;  // of each instant
+  VectorXd shape = VectorXd(0);
+};
+
+// The corners of a target of unknown shape.
+class ShapedCorners {
+ public:
+  ShapedCorners(const std::vector<Vector3d>& drawn, const TargetShape& shape)
+      : drawn_(drawn), shape_(shape) {}
+
+  Eigen::Index parameters() const { return shape_.sigma.size(); }
+  const VectorXd& sigma() const { return shape_.sigma; }  // before any view
+  Vector3d at(int id, const VectorXd& shape) const {
+    const Vector3d& drawn = drawn_[static_cast<std::size_t>(id)];
+    return shape.size() > 0 ? Vector3d(drawn + by_parameters(id) * shape) : drawn;
+  }
+  const Eigen::Matrix<double, 3, Eigen::Dynamic>& by_parameters(int id) const {
+    return shape_.by_parameters[static_cast<std::size_t>(id)];
+  }
+
+ private:
+  const std::vector<Vector3d>& drawn_;
+  const TargetShape& shape_;
 };
 
 struct RigLinearised {
@@ -68,9 +90,11 @@ Weighted weighted(double size_sigmas) {
 
 class RigProblem {
  public:
-  RigProblem(const std::vector<Vector3d>& corners, std::vector<Instant> instants,
+  RigProblem(const ShapedCorners& corners, std::vector<Instant> instants,
              const CamerasLayout& layout)
       : corners_(corners), instants_(std::move(instants)), layout_(layout) {}
+
+  const ShapedCorners& corners() const { return corners_; }
 
   const std::vector<Instant>& instants() const { return instants_; }
   double sigma = 1;  // of a pixel
@@ -83,12 +107,20 @@ class RigProblem {
       }
     }
     for (std::size_t c = 0; c < x.cameras.size(); ++c) {
-      const std::optional<LensPrior> prior = lens_prior(layout_.lens(c));
-      if (!prior) continue;
-      const double value = lens_parameters(x.cameras[c])[prior->parameter];
-      const VectorXd r = VectorXd::Constant(1, (value - prior->mean) / prior->sigma);
-      const std::vector<int> column = {layout_.lens_row(c) + prior->parameter};
-      result.equations.add_border(MatrixXd::Constant(1, 1, 1 / prior->sigma), column, r);
+      for (const LensPrior& prior : lens_priors(layout_.lens(c))) {
+        const double value = lens_parameters(x.cameras[c])[prior.parameter];
+        const VectorXd r = VectorXd::Constant(1, (value - prior.mean) / prior.sigma);
+        const std::vector<int> column = {layout_.lens_row(c) + prior.parameter};
+        result.equations.add_border(MatrixXd::Constant(1, 1, 1 / prior.sigma), column, r);
+        result.cost += r.squaredNorm() / 2;
+      }
+    }
+    if (corners_.parameters() > 0) {
+      const VectorXd inverse = corners_.sigma().cwiseInverse();
+      const VectorXd r = x.shape.cwiseProduct(inverse);
+      std::vector<int> columns(static_cast<std::size_t>(r.size()));
+      std::iota(columns.begin(), columns.end(), layout_.shape_row());
+      result.equations.add_border(MatrixXd(inverse.asDiagonal()), columns, r);
       result.cost += r.squaredNorm() / 2;
     }
     return result;
@@ -104,6 +136,7 @@ class RigProblem {
       if (c == 0) continue;
       move(next.cameras[c].cam_T_imu, step.border.segment<6>(layout_.pose_row(c)));
     }
+    next.shape += step.border.tail(corners_.parameters());
     for (std::size_t k = 0; k < instants_.size(); ++k) move(next.cam0_T_target[k], step.blocks[k]);
     return next;
   }
@@ -119,14 +152,15 @@ class RigProblem {
     const Camera& camera = x.cameras[c];
     const SE3& cam_T_cam0 = camera.cam_T_imu;
     const SE3& cam0_T_target = x.cam0_T_target[instant];
-    const int lens = layout_.lens(c).parameters(), border = lens + (c > 0 ? 6 : 0);
+    const int lens = layout_.lens(c).parameters(), pose = c > 0 ? 6 : 0;
+    const int shape = layout_.shape_rows(), border = lens + pose + shape;
     const MatrixXd by_coordinates = by_search_coordinates(
         layout_.lens(c), search_coordinates(layout_.lens(c), lens_parameters(camera)));
     const auto rows = 2 * static_cast<Eigen::Index>(view.ids.size());
     MatrixXd by_pose(rows, 6), by_border(rows, border);
     VectorXd r(rows);
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      const Vector3d arm = cam0_T_target.R * corners_[static_cast<std::size_t>(view.ids[i])];
+      const Vector3d arm = cam0_T_target.R * corners_.at(view.ids[i], x.shape);
       const Vector3d turned = cam_T_cam0.R * (arm + cam0_T_target.p);
       const Vector3d p_cam = turned + cam_T_cam0.p;
       const auto image = project(camera, p_cam);
@@ -138,21 +172,29 @@ class RigProblem {
       const Eigen::Matrix<double, 2, 3> by_cam0 = factor * image->d_point * cam_T_cam0.R;
       by_pose.block<2, 3>(row, 0) = -by_cam0 * hat(arm);
       by_pose.block<2, 3>(row, 3) = by_cam0;
-      by_border.block(row, 0, 2, lens) = factor * *parameter_derivative(camera, p_cam) * by_coordinates;
+      by_border.block(row, 0, 2, lens) =
+          factor * *parameter_derivative(camera, p_cam) * by_coordinates;
       if (c > 0) {
         by_border.block<2, 3>(row, lens) = -factor * image->d_point * hat(turned);
         by_border.block<2, 3>(row, lens + 3) = factor * image->d_point;
+      }
+      if (shape > 0) {
+        by_border.block(row, lens + pose, 2, shape) =
+            by_cam0 * cam0_T_target.R * corners_.by_parameters(view.ids[i]);
       }
       r.segment<2>(row) = w.root_weight * error;
       result.cost += w.cost;
     }
     std::vector<int> columns(static_cast<std::size_t>(border));
     std::iota(columns.begin(), columns.end(), layout_.lens_row(c));  // the pose follows the lens
+    for (int i = lens + pose; i < border; ++i) {
+      columns[static_cast<std::size_t>(i)] = layout_.shape_row() + i - lens - pose;
+    }
     result.equations.add(instant, by_pose, by_border, columns, r);
     return true;
   }
 
-  const std::vector<Vector3d>& corners_;
+  const ShapedCorners& corners_;
   std::vector<Instant> instants_;
   CamerasLayout layout_;
 };
@@ -188,16 +230,15 @@ struct Solved {
   int iterations = 0;
 };
 
-double scatter(const RigProblem& problem, const std::vector<Vector3d>& corners, const RigState& x,
-               int parameters) {
+double scatter(const RigProblem& problem, const RigState& x, int parameters) {
   std::vector<double> sizes;
   for (std::size_t k = 0; k < problem.instants().size(); ++k) {
     for (const TargetView* view : problem.instants()[k].views) {
       const Camera& camera = x.cameras[static_cast<std::size_t>(view->camera)];
       for (std::size_t i = 0; i < view->ids.size(); ++i) {
-        const auto image = project(
-            camera, camera.cam_T_imu * (x.cam0_T_target[k] *
-                                        corners[static_cast<std::size_t>(view->ids[i])]));
+        const auto image =
+            project(camera, camera.cam_T_imu *
+                                (x.cam0_T_target[k] * problem.corners().at(view->ids[i], x.shape)));
         if (image) sizes.push_back((image->pixel - view->pixels[i]).norm());
       }
     }
@@ -209,8 +250,8 @@ double scatter(const RigProblem& problem, const std::vector<Vector3d>& corners, 
   return std::max(kLeastSigma, median(std::move(sizes)) / 1.17741 / std::sqrt(freedom));
 }
 
-Solved solved(RigProblem& problem, const std::vector<Vector3d>& corners,
-              const CamerasLayout& layout, RigState state, const std::string& of) {
+Solved solved(RigProblem& problem, const CamerasLayout& layout, RigState state,
+              const std::string& of) {
   constexpr int kRounds = 8;
   Solved result;
   problem.sigma = kFirstWidth / kLossSigmas;
@@ -228,7 +269,7 @@ Solved solved(RigProblem& problem, const std::vector<Vector3d>& corners,
     state = found->state;
     result.iterations += found->iterations;
     result.squares = found->linearised.cost * problem.sigma * problem.sigma;
-    const double sigma = scatter(problem, corners, state, layout.rows());
+    const double sigma = scatter(problem, state, layout.rows());
     const bool is_known = std::abs(sigma - problem.sigma) < 0.01 * problem.sigma;
     if (is_known || round + 1 == kRounds) {
       if (!found->converged) {
@@ -302,13 +343,15 @@ Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vec
   }
   std::vector<const TargetView*> of_problem;
   for (const TargetView& view : own) of_problem.push_back(&view);
-  RigProblem problem(corners, instants_of(of_problem), layout);
+  const TargetShape drawn;  // the rig knows more of another one
+  const ShapedCorners of_target(corners, drawn);
+  RigProblem problem(of_target, instants_of(of_problem), layout);
   RigState state{.cameras = {camera}, .cam0_T_target = {}};
   for (const Instant& instant : problem.instants()) {
     const auto index = static_cast<std::size_t>(instant.views[0] - own.data());
     state.cam0_T_target.push_back(inside[index].cam_T_target);
   }
-  return solved(problem, corners, layout, std::move(state), of);
+  return solved(problem, layout, std::move(state), of);
 }
 
 AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
@@ -405,20 +448,20 @@ RigState rig_state(const std::vector<AloneCamera>& cameras, const std::vector<In
     const TargetView& view = **std::ranges::max_element(
         instant.views, {}, [](const TargetView* one) { return one->ids.size(); });
     state.cam0_T_target.push_back(
-        state.cameras[static_cast<std::size_t>(view.camera)].cam_T_imu.inverse() *
-        poses.at(&view));
+        state.cameras[static_cast<std::size_t>(view.camera)].cam_T_imu.inverse() * poses.at(&view));
   }
   return state;
 }
 
 ExplainedView explained(const RigState& x, std::size_t instant, const TargetView& view,
-                        const std::vector<Vector3d>& corners) {
+                        const ShapedCorners& corners) {
   const Camera& camera = x.cameras[static_cast<std::size_t>(view.camera)];
-  ExplainedView result{.view = view, .cam_T_target = camera.cam_T_imu * x.cam0_T_target[instant],
-                       .errors = {}, .rms = 0};
+  ExplainedView result{.view = view,
+                       .cam_T_target = camera.cam_T_imu * x.cam0_T_target[instant],
+                       .errors = {},
+                       .rms = 0};
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
-    const auto image =
-        project(camera, result.cam_T_target * corners[static_cast<std::size_t>(view.ids[i])]);
+    const auto image = project(camera, result.cam_T_target * corners.at(view.ids[i], x.shape));
     result.errors.push_back(view.pixels[i] - image->pixel);
     result.rms += result.errors.back().squaredNorm();
   }
@@ -451,9 +494,10 @@ double correlation_factor(const ChainEquations& equations, const MatrixXd& covar
 
 void check_input(const CamerasInput& input) {
   if (input.cameras.empty() || input.cameras.size() != input.lenses.size()) {
-    throw UsageError(fmt::format("calibrate_cameras: found {} cameras and {} lenses, expected one "
-                                 "lens for each camera",
-                                 input.cameras.size(), input.lenses.size()));
+    throw UsageError(
+        fmt::format("calibrate_cameras: found {} cameras and {} lenses, expected one "
+                    "lens for each camera",
+                    input.cameras.size(), input.lenses.size()));
   }
   for (const TargetView& view : input.views) {
     const auto is_corner = [&](int id) {
@@ -468,9 +512,10 @@ void check_input(const CamerasInput& input) {
           input.corners.size() - 1));
     }
     if (!std::ranges::all_of(view.pixels, [](const Vector2d& p) { return p.allFinite(); })) {
-      throw UsageError(fmt::format("calibrate_cameras: a view of camera {} has a pixel that is not "
-                                   "finite",
-                                   view.camera));
+      throw UsageError(
+          fmt::format("calibrate_cameras: a view of camera {} has a pixel that is not "
+                      "finite",
+                      view.camera));
     }
   }
 }
@@ -479,24 +524,28 @@ AloneCamera begun(const CamerasInput& input, std::size_t c,
                   const std::vector<const TargetView*>& views) {
   const std::string of = said(static_cast<int>(c));
   if (views.size() < kLeastViews) {
-    throw InputError(fmt::format("{}: found {} views of the target with {} corners or more, "
-                                 "expected {}",
-                                 of, views.size(), kLeastCorners, kLeastViews));
+    throw InputError(
+        fmt::format("{}: found {} views of the target with {} corners or more, "
+                    "expected {}",
+                    of, views.size(), kLeastCorners, kLeastViews));
   }
-  const std::optional<Camera> guess =
-      input.cameras[c].fx > 0 ? std::optional(input.cameras[c])
-                              : guessed_camera(input.cameras[c], input.corners, views);
+  const std::optional<Camera> guess = input.cameras[c].fx > 0
+                                          ? std::optional(input.cameras[c])
+                                          : guessed_camera(input.cameras[c], input.corners, views);
   if (!guess) {
-    throw InputError(fmt::format("{}: no lens explains the corners: is it this target, and are its "
-                                 "sizes right?",
-                                 of));
+    throw InputError(
+        fmt::format("{}: no lens explains the corners: is it this target, and are its "
+                    "sizes right?",
+                    of));
   }
   return calibrated_alone(*guess, input.lenses[c], input.corners, views, of);
 }
 
 }  // namespace
 
-CamerasLayout::CamerasLayout(const std::vector<LensForm>& lenses) : lenses_(lenses) {
+CamerasLayout::CamerasLayout(const std::vector<LensForm>& lenses,
+                             std::vector<std::string> shape_names)
+    : lenses_(lenses), shape_names_(std::move(shape_names)) {
   int row = 0;
   for (std::size_t c = 0; c < lenses.size(); ++c) {
     first_.push_back(row);
@@ -515,7 +564,35 @@ std::vector<std::string> CamerasLayout::names() const {
       for (const char* axis : {"_x", "_y", "_z"}) names.push_back(of + part + axis);
     }
   }
+  for (const std::string& name : shape_names_) names.push_back("target." + name);
   return names;
+}
+
+TargetShape printed_shape(const Target& target) {
+  constexpr double kBendSigma = 0.005, kGrowthSigma = 0.01;
+  const std::vector<Vector3d> corners = target.corners();
+  Eigen::AlignedBox2d box;
+  for (const Vector3d& corner : corners) box.extend(Vector2d(corner.head<2>()));
+  const bool has_tags = target.kind == TargetKind::april_grid;
+  TargetShape shape{.names = {"bend_x", "bend_y"}, .by_parameters = {}, .sigma = {}};
+  shape.sigma = kBendSigma * box.sizes();
+  if (has_tags) {
+    shape.names.push_back("growth");
+    shape.sigma.conservativeResize(3);
+    shape.sigma[2] = kGrowthSigma * target.tag_size;
+  }
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vector2d x = (corners[i].head<2>() - box.center()).cwiseQuotient(box.sizes() / 2);
+    Eigen::Matrix<double, 3, Eigen::Dynamic> d =
+        Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, shape.sigma.size());
+    d.block<1, 2>(2, 0) = (Vector2d::Ones() - x.cwiseProduct(x)).transpose();
+    if (has_tags) {  // corners of a tag: from the lower left, counterclockwise
+      const std::size_t k = i % 4;
+      d.col(2) << (k == 1 || k == 2 ? 1 : -1), (k >= 2 ? 1 : -1), 0;
+    }
+    shape.by_parameters.push_back(std::move(d));
+  }
+  return shape;
 }
 
 CamerasCalibration calibrate_cameras(const CamerasInput& input) {
@@ -531,10 +608,12 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
     for (const PosedView& one : cameras.back().views) usable.push_back(one.view);
   }
   place_cameras(cameras);
-  const CamerasLayout layout(input.lenses);
-  RigProblem problem(input.corners, instants_of(usable), layout);
-  const Solved found = solved(problem, input.corners, layout,
-                              rig_state(cameras, problem.instants()), "the cameras");
+  const CamerasLayout layout(input.lenses, input.shape.names);
+  const ShapedCorners corners(input.corners, input.shape);
+  RigProblem problem(corners, instants_of(usable), layout);
+  RigState start = rig_state(cameras, problem.instants());
+  start.shape = VectorXd::Zero(corners.parameters());
+  const Solved found = solved(problem, layout, std::move(start), "the cameras");
   const std::optional<RigLinearised> linearised = problem.linearised(found.state);
   const ChainEquations& equations = linearised->equations;
   const std::optional<MatrixXd> information = equations.border_information();
@@ -542,27 +621,30 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   if (!information || factor.info() != Eigen::Success) {
     throw InputError("the cameras: the views do not determine all parameters");
   }
-  CamerasCalibration result{.cameras = found.state.cameras,
-                            .names = layout.names(),
-                            .covariance = factor.solve(MatrixXd::Identity(layout.rows(), layout.rows())),
-                            .pixel_sigma = found.sigma,
-                            .correlation_factor = 1,
-                            .views = {},
-                            .without_pose = input.views.size() - usable.size(),
-                            .iterations = found.iterations};
+  CamerasCalibration result{
+      .cameras = found.state.cameras,
+      .lenses = input.lenses,
+      .shape_names = input.shape.names,
+      .shape = found.state.shape,
+      .covariance = factor.solve(MatrixXd::Identity(layout.rows(), layout.rows())),
+      .pixel_sigma = found.sigma,
+      .correlation_factor = 1,
+      .views = {},
+      .without_pose = input.views.size() - usable.size(),
+      .iterations = found.iterations};
   result.correlation_factor = correlation_factor(equations, result.covariance, problem.instants());
   result.covariance *= result.correlation_factor;
   MatrixXd by_coordinates = MatrixXd::Identity(layout.rows(), layout.rows());
   for (std::size_t c = 0; c < result.cameras.size(); ++c) {
     const LensForm& lens = layout.lens(c);
     const int row = layout.lens_row(c), n = lens.parameters();
-    by_coordinates.block(row, row, n, n) = by_search_coordinates(
-        lens, search_coordinates(lens, lens_parameters(result.cameras[c])));
+    by_coordinates.block(row, row, n, n) =
+        by_search_coordinates(lens, search_coordinates(lens, lens_parameters(result.cameras[c])));
   }
   result.covariance = by_coordinates * result.covariance * by_coordinates.transpose();
   for (std::size_t k = 0; k < problem.instants().size(); ++k) {
     for (const TargetView* view : problem.instants()[k].views) {
-      result.views.push_back(explained(found.state, k, *view, input.corners));
+      result.views.push_back(explained(found.state, k, *view, corners));
     }
   }
   return result;

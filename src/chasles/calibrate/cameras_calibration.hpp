@@ -10,6 +10,20 @@
 
 namespace chasles {
 
+/// How a printed target differs from its drawing: linear in a few parameters.
+struct TargetShape {
+  std::vector<std::string> names = {};  ///< of the parameters
+  /// Of each corner: d p_target / d parameters, 3 x parameters. Empty: the target is as it is
+  /// drawn.
+  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> by_parameters = {};
+  Eigen::VectorXd sigma = {};  ///< of the parameters before any view
+};
+
+/// Its middle stands out by bend_x and bend_y [m], parabolas along x and y, with a sigma of 0.5 %
+/// of its width and height. The tags of an AprilGrid are larger by growth [m] at each edge, with a
+/// sigma of 1 % of a tag: ink spreads, and detectors find edges to one side of the blur.
+TargetShape printed_shape(const Target& target);
+
 /// Views of a target by the cameras of a rig. Target and rig may both move: what cameras see at the
 /// same instant has one pose of the target.
 struct CamerasInput {
@@ -19,24 +33,29 @@ struct CamerasInput {
   /// it begins from nothing.
   std::vector<Camera> cameras;
   std::vector<LensForm> lenses;  ///< of each camera
+  TargetShape shape = {};        ///< what of the target is estimated
 };
 
 /// The rows of a calibration's parameters: of each camera (fx, fy, cx, cy, coefficients) and, for
-/// those after the first, the errors of cam_T_cam0: R = Exp(phi) Rhat and p = phat + dp, in the axes
-/// of the camera [rad, m].
+/// those after the first, the errors of cam_T_cam0: R = Exp(phi) Rhat and p = phat + dp, in the
+/// axes of the camera [rad, m]; at last those of the target's shape.
 class CamerasLayout {
  public:
-  explicit CamerasLayout(const std::vector<LensForm>& lenses);
+  explicit CamerasLayout(const std::vector<LensForm>& lenses,
+                         std::vector<std::string> shape_names = {});
 
   int lens_row(std::size_t camera) const { return first_[camera]; }
   int pose_row(std::size_t camera) const { return first_[camera] + lenses_[camera].parameters(); }
-  int rows() const { return first_.back(); }
+  int shape_row() const { return first_.back(); }
+  int shape_rows() const { return static_cast<int>(shape_names_.size()); }
+  int rows() const { return shape_row() + shape_rows(); }
   const LensForm& lens(std::size_t camera) const { return lenses_[camera]; }
   std::vector<std::string> names() const;  ///< "cam0.fx", "cam1.rotation_x", "cam1.position_x", …
 
  private:
   std::vector<LensForm> lenses_;
   std::vector<int> first_;
+  std::vector<std::string> shape_names_;
 };
 
 /// A view as a calibration explains it.
@@ -48,10 +67,13 @@ struct ExplainedView {
 };
 
 struct CamerasCalibration {
-  std::vector<Camera> cameras;       ///< cam_T_imu is cam_T_cam0
-  std::vector<std::string> names;    ///< of the rows of the covariance
-  Eigen::MatrixXd covariance;        ///< of the parameters, as CamerasLayout
-  double pixel_sigma = 0;            ///< of a corner's u or v, robust [px]
+  std::vector<Camera> cameras;           ///< cam_T_imu is cam_T_cam0
+  std::vector<LensForm> lenses;          ///< of them
+  std::vector<std::string> shape_names;  ///< TargetShape::names
+  Eigen::VectorXd shape;                 ///< of the target, by its names
+  CamerasLayout layout() const { return CamerasLayout(lenses, shape_names); }
+  Eigen::MatrixXd covariance;  ///< of the parameters, as layout()
+  double pixel_sigma = 0;      ///< of a corner's u or v, robust [px]
   /// By how much the variances are larger than those of errors that are independent from corner to
   /// corner: estimated from the scatter of what each second of views says. At least 1.
   double correlation_factor = 1;

@@ -22,18 +22,16 @@ struct Scores {
 // In the coordinates of the search, in which the valley of xi is straight.
 void score(const CamerasCalibration& found, const std::vector<Camera>& truth, bool is_unique,
            Scores& scores) {
-  std::vector<LensForm> lenses;
-  for (const Camera& camera : truth) lenses.push_back(form_of(camera));
-  const CamerasLayout layout(lenses);
-  Eigen::VectorXd errors = calibration_errors(found.cameras, truth);
+  const CamerasLayout layout = found.layout();
+  const std::vector<LensForm>& lenses = found.lenses;
+  Eigen::VectorXd errors = calibration_errors(found, truth);
   Eigen::MatrixXd to = Eigen::MatrixXd::Identity(layout.rows(), layout.rows());
   for (std::size_t c = 0; c < truth.size(); ++c) {
     const int row = layout.lens_row(c), n = lenses[c].parameters();
     const Eigen::VectorXd at = search_coordinates(lenses[c], lens_parameters(found.cameras[c]));
     errors.segment(row, n) = search_coordinates(lenses[c], lens_parameters(truth[c])) - at;
     to.block(row, row, n, n) = by_search_coordinates(lenses[c], at).inverse();
-    const auto grid =
-        projection_uncertainty(found.cameras[c], lens_covariance(found, c));
+    const auto grid = projection_uncertainty(found.cameras[c], lens_covariance(found, c));
     const auto differences = projection_difference(found.cameras[c], truth[c]);
     for (const PixelUncertainty& one : grid) scores.expected += one.sigma_px * one.sigma_px;
     for (const PixelDifference& one : differences) {
@@ -55,13 +53,13 @@ TEST(CamerasCalibration, ErrorsAreThoseOfTheirCovarianceForEachLens) {
     SCOPED_TRACE(name_of(form_of(lens.camera)));
     const std::vector<Camera> truth = {lens.camera};
     // With xi at 0.35 there is another double sphere, xi -0.15, with the same pixels to the noise.
-    const bool is_unique = lens.camera.distortion != Distortion::kDoubleSphere ||
-                           lens.camera.coefficients[0] < 0;
+    const bool is_unique =
+        lens.camera.distortion != Distortion::kDoubleSphere || lens.camera.coefficients[0] < 0;
     Scores scores;
     constexpr int kRuns = 3;
     for (int run = 0; run < kRuns; ++run) {
-      const CamerasCalibration found = calibrate_cameras(
-          board_views({.cameras = truth}, static_cast<std::uint64_t>(run)));
+      const CamerasCalibration found =
+          calibrate_cameras(board_views({.cameras = truth}, static_cast<std::uint64_t>(run)));
       EXPECT_NEAR(found.pixel_sigma, 0.2, 0.01);
       score(found, truth, is_unique, scores);
     }

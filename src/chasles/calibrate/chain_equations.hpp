@@ -49,11 +49,11 @@ class ChainEquations {
   std::optional<Eliminated> eliminate(double damping) const;
 
   Eigen::Index size_, border_;
-  std::vector<Eigen::MatrixXd> diagonal_;     ///< block by itself
-  std::vector<Eigen::MatrixXd> next_;         ///< block by the next one; empty without a link
-  std::vector<Eigen::MatrixXd> by_border_;    ///< block by border
-  std::vector<Eigen::VectorXd> gradient_;     ///< of the block
-  std::vector<Eigen::VectorXd> own_border_;   ///< what each block's residuals add to the border's
+  std::vector<Eigen::MatrixXd> diagonal_;    ///< block by itself
+  std::vector<Eigen::MatrixXd> next_;        ///< block by the next one; empty without a link
+  std::vector<Eigen::MatrixXd> by_border_;   ///< block by border
+  std::vector<Eigen::VectorXd> gradient_;    ///< of the block
+  std::vector<Eigen::VectorXd> own_border_;  ///< what each block's residuals add to the border's
   Eigen::MatrixXd border_matrix_;
   Eigen::VectorXd border_gradient_;
 };

@@ -17,7 +17,7 @@ struct BothProblems {
   static constexpr Eigen::Index kSize = 3, kBorder = 4;
   static constexpr std::size_t kBlocks = 5;
   ChainEquations chain{kBlocks, kSize, kBorder};
-  MatrixXd J = MatrixXd::Zero(0, kSize * kBlocks + kBorder);
+  MatrixXd J = MatrixXd::Zero(0, kSize* kBlocks + kBorder);
   VectorXd r = VectorXd::Zero(0);
 
   explicit BothProblems(bool linked) {
@@ -82,8 +82,9 @@ TEST(ChainEquations, SolveAsTheDenseProblem) {
                    after = (both.r + both.J * expected).squaredNorm() / 2;
       EXPECT_NEAR(step->decrease, before - after, 1e-12);
     }
-    const MatrixXd covariance = MatrixXd((both.J.transpose() * both.J).inverse())
-                                    .bottomRightCorner(BothProblems::kBorder, BothProblems::kBorder);
+    const MatrixXd covariance =
+        MatrixXd((both.J.transpose() * both.J).inverse())
+            .bottomRightCorner(BothProblems::kBorder, BothProblems::kBorder);
     const auto information = both.chain.border_information();
     ASSERT_TRUE(information);
     EXPECT_LT((*information * covariance - MatrixXd::Identity(4, 4)).norm(), 1e-10);

@@ -12,9 +12,9 @@
 namespace chasles {
 namespace {
 
-constexpr int kPieces = 10;         // of which the halves take turns
-constexpr double kMissing = 10;     // error of a corner that has no pixel [px]
-constexpr double kAlike = 1.01;     // ratio of errors
+constexpr int kPieces = 10;      // of which the halves take turns
+constexpr double kMissing = 10;  // error of a corner that has no pixel [px]
+constexpr double kAlike = 1.01;  // ratio of errors
 
 std::vector<CamerasInput> halves_of(const CamerasInput& input) {
   std::vector<CamerasInput> halves(2, input);
@@ -65,10 +65,10 @@ double rms_sigma(const CamerasCalibration& calibration, std::size_t camera) {
 }
 
 Eigen::VectorXd differences(const CamerasCalibration& a, const CamerasCalibration& b) {
-  std::vector<LensForm> lenses;
-  for (const Camera& camera : a.cameras) lenses.push_back(form_of(camera));
-  const CamerasLayout layout(lenses);
+  const CamerasLayout layout = a.layout();
+  const std::vector<LensForm>& lenses = a.lenses;
   Eigen::VectorXd result(layout.rows());
+  result.tail(layout.shape_rows()) = b.shape - a.shape;
   for (std::size_t c = 0; c < lenses.size(); ++c) {
     result.segment(layout.lens_row(c), lenses[c].parameters()) =
         lens_parameters(b.cameras[c]) - lens_parameters(a.cameras[c]);
@@ -103,7 +103,9 @@ HalvesComparison compare_halves(const CamerasInput& input) {
 
 LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
                        const std::vector<LensForm>& candidates) {
-  CamerasInput alone{.corners = input.corners, .views = {}, .cameras = {input.cameras[camera]},
+  CamerasInput alone{.corners = input.corners,
+                     .views = {},
+                     .cameras = {input.cameras[camera]},
                      .lenses = {LensForm{}}};
   alone.cameras[0].fx = 0;  // the lens that it states would have an advantage
   for (const TargetView& view : input.views) {
@@ -142,8 +144,11 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
 }
 
 std::vector<LensForm> common_lenses() {
-  return {{Distortion::kRadtan, 4},      {Distortion::kRadtan, 8}, {Distortion::kEquidistant, 4},
-          {Distortion::kDoubleSphere, 2}, {Distortion::kEucm, 2}};
+  return {{Distortion::kRadtan, 4},
+          {Distortion::kRadtan, 8},
+          {Distortion::kEquidistant, 4},
+          {Distortion::kDoubleSphere, 2},
+          {Distortion::kEucm, 2}};
 }
 
 }  // namespace chasles

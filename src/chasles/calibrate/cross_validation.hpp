@@ -11,13 +11,14 @@ namespace chasles {
 /// What two halves of the views say, each without the other. The halves are alternate pieces of the
 /// recording, so that both have all of its motion.
 struct HalvesComparison {
-  /// Of each row of CamerasCalibration: the second half minus the first, and its standard deviation.
+  /// Of each row of CamerasCalibration: the second half minus the first, and its standard
+  /// deviation.
   Eigen::VectorXd difference, sigma;
   /// Of each camera over its image: root mean square of the projections' difference, and of its
   /// standard deviation [px].
   std::vector<double> pixels, pixels_sigma;
-  /// Root mean square error of the corners of each half under the lenses and extrinsics of the other,
-  /// each view with a pose of its own [px].
+  /// Root mean square error of the corners of each half under the lenses and extrinsics of the
+  /// other, each view with a pose of its own [px].
   double held_out_rms = 0;
 };
 

@@ -177,7 +177,8 @@ VectorXd lens_parameters(const Camera& camera) {
 std::vector<std::string> lens_parameter_names(const LensForm& form) {
   std::vector<std::string> names = {"fx", "fy", "cx", "cy"};
   const std::vector<std::string> all = coefficient_names(form.distortion);
-  names.insert(names.end(), all.begin(), all.begin() + static_cast<std::ptrdiff_t>(form.coefficients));
+  names.insert(names.end(), all.begin(),
+               all.begin() + static_cast<std::ptrdiff_t>(form.coefficients));
   return names;
 }
 
@@ -256,14 +257,19 @@ MatrixXd by_search_coordinates(const LensForm& form, const VectorXd& coordinates
   return J;
 }
 
-std::optional<LensPrior> lens_prior(const LensForm& form) {
+std::vector<LensPrior> lens_priors(const LensForm& form) {
   switch (form.distortion) {
     case Distortion::kDoubleSphere:  // published ones are between -0.3 and 0.4
-      return LensPrior{.parameter = 4, .mean = 0, .sigma = 0.5};
+      return {{.parameter = 4, .mean = 0, .sigma = 0.5}};
     case Distortion::kOmni:  // a lens has 0.5 to 3, a parabolic mirror 1
-      return LensPrior{.parameter = 4, .mean = 1.5, .sigma = 1};
+      return {{.parameter = 4, .mean = 1.5, .sigma = 1}};
+    case Distortion::kRadtan:
+      if (form.coefficients < 8) return {};
+      return {{.parameter = 9, .mean = 0, .sigma = 2},  // k4, k5, k6
+              {.parameter = 10, .mean = 0, .sigma = 2},
+              {.parameter = 11, .mean = 0, .sigma = 2}};
     default:
-      return std::nullopt;
+      return {};
   }
 }
 

@@ -32,10 +32,10 @@ std::vector<std::string> lens_parameter_names(const LensForm& form);
 /// model's limits.
 std::optional<Camera> with_lens_parameters(Camera camera, const Eigen::VectorXd& parameters);
 
-/// Other coordinates of the same parameters, in which a search goes straight and covariances hold: the
-/// focal lengths on the axis, and for ds and for omni with five coefficients the radius on the image
-/// plane as a series of the angle. With the models' own, xi, the focal lengths and the radial coefficients lie in
-/// a curved valley.
+/// Other coordinates of the same parameters, in which a search goes straight and covariances hold:
+/// the focal lengths on the axis, and for ds and for omni with five coefficients the radius on the
+/// image plane as a series of the angle. With the models' own, xi, the focal lengths and the radial
+/// coefficients lie in a curved valley.
 Eigen::VectorXd search_coordinates(const LensForm& form, const Eigen::VectorXd& parameters);
 Eigen::VectorXd from_search_coordinates(const LensForm& form, const Eigen::VectorXd& coordinates);
 /// d parameters / d coordinates.
@@ -46,9 +46,9 @@ struct LensPrior {
   int parameter = 0;
   double mean = 0, sigma = 1;
 };
-/// That of xi, which the corners of some lenses hardly show: along its valley other parameters do
-/// nearly the same. None for models without xi.
-std::optional<LensPrior> lens_prior(const LensForm& form);
+/// Of the parameters that the corners of some lenses hardly show, because others do nearly the
+/// same: xi, and the denominator of radtan with eight coefficients.
+std::vector<LensPrior> lens_priors(const LensForm& form);
 
 /// The camera with a step of its coordinates; none as with_lens_parameters().
 std::optional<Camera> moved(const Camera& camera, const Eigen::VectorXd& step);
@@ -61,8 +61,8 @@ struct PixelDirection {
 
 /// The parameters of another lens model that map these bearings to these pixels best. `like`: the
 /// size of the images, and about its focal lengths on the axis and principal point. Bearings beyond
-/// 80 degrees do not count for a model that ends before 90. Several, best first, for a model that maps
-/// nearly the same with different parameters; none without enough bearings.
+/// 80 degrees do not count for a model that ends before 90. Several, best first, for a model that
+/// maps nearly the same with different parameters; none without enough bearings.
 std::vector<Camera> fitted_lenses(const Camera& like, const LensForm& form,
                                   const std::vector<PixelDirection>& directions);
 

@@ -12,8 +12,8 @@ struct SearchLimits {
   double damping = 1e-4;  ///< at the start
   /// The search ends where the linear problem expects less than this part of the cost, or
   double relative_decrease = 1e-12;
-  /// less than this [of half a sum of whitened squares]: 1e-8 is 0.01 % of a standard deviation.
-  double decrease = 1e-8;
+  /// less than this [of half a sum of whitened squares]: 1e-6 is 0.1 % of a standard deviation.
+  double decrease = 1e-6;
 };
 
 template <typename State, typename Linearised>
@@ -42,7 +42,7 @@ auto minimised(State state, const Linearise& linearise, const Move& moved,
     ++iteration;
     const auto step = now->solve(damping);
     if (!step || !std::isfinite(step->decrease)) {
-      damping = std::max(10 * damping, 1e-6);
+      damping = std::max(10 * damping, 1e-9);
       continue;
     }
     if (step->decrease <= limits.decrease + limits.relative_decrease * now->cost) {
@@ -57,7 +57,7 @@ auto minimised(State state, const Linearise& linearise, const Move& moved,
         converged = true;
         break;
       }
-      damping = std::max(10 * damping, 1e-6);
+      damping = std::max(10 * damping, 1e-9);
       continue;
     }
     // A step that did what the linear problem expects needs less damping.

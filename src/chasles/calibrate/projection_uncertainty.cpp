@@ -87,10 +87,8 @@ std::vector<PixelDifference> projection_difference(const Camera& camera, const C
 }
 
 MatrixXd lens_covariance(const CamerasCalibration& calibration, std::size_t camera) {
-  std::vector<LensForm> lenses;
-  for (const Camera& one : calibration.cameras) lenses.push_back(form_of(one));
-  const CamerasLayout layout(lenses);
-  const int row = layout.lens_row(camera), n = lenses[camera].parameters();
+  const CamerasLayout layout = calibration.layout();
+  const int row = layout.lens_row(camera), n = layout.lens(camera).parameters();
   return calibration.covariance.block(row, row, n, n);
 }
 

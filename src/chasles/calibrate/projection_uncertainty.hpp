@@ -10,13 +10,13 @@ namespace chasles {
 
 /// How far a direction may be from the pixel that a calibration gives it.
 struct PixelUncertainty {
-  Eigen::Vector2d pixel;    ///< at this place of the image
-  double sigma_px = 0;      ///< standard deviation along the worse axis [px]
-  double sigma_rad = 0;     ///< the same as an angle: times a distance, an error across the sight
+  Eigen::Vector2d pixel;  ///< at this place of the image
+  double sigma_px = 0;    ///< standard deviation along the worse axis [px]
+  double sigma_rad = 0;   ///< the same as an angle: times a distance, an error across the sight
 };
 
-/// Over a grid of the image, as far as the lens model reaches. A turn of the camera has the effect of
-/// other parameters: the turn that does most of it is left out, because whoever uses the camera
+/// Over a grid of the image, as far as the lens model reaches. A turn of the camera has the effect
+/// of other parameters: the turn that does most of it is left out, because whoever uses the camera
 /// estimates its attitude. `covariance`: of the lens parameters (fx, fy, cx, cy, coefficients).
 std::vector<PixelUncertainty> projection_uncertainty(const Camera& camera,
                                                      const Eigen::MatrixXd& covariance,

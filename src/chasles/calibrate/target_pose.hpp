@@ -17,10 +17,10 @@ struct TargetPose {
   double rms = 0;  ///< of the pixel errors [px]
 };
 
-/// The pose of a flat target from its corners in one image: a homography of the bearings, then least
-/// squares of the pixels under Huber's loss of `loss_width` [px]. Any lens, also beyond 90 degrees
-/// from its axis. None with fewer than four corners, where they are on a line, or without a pose
-/// that has the target's front before the camera.
+/// The pose of a flat target from its corners in one image: a homography of the bearings, then
+/// least squares of the pixels under Huber's loss of `loss_width` [px]. Any lens, also beyond 90
+/// degrees from its axis. None with fewer than four corners, where they are on a line, or without a
+/// pose that has the target's front before the camera.
 std::optional<TargetPose> target_pose(const Camera& camera,
                                       std::span<const Eigen::Vector3d> corners,
                                       const TargetView& view, double loss_width = 1);

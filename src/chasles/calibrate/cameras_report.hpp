@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/calibrate/cross_validation.hpp>
+#include <chasles/calibrate/recorded_views.hpp>
+
+namespace chasles {
+
+/// A calibration of cameras with all that is said of it.
+struct CamerasReport {
+  CamerasInput input;  ///< without views
+  CamerasCalibration calibration;
+  std::optional<HalvesComparison> halves;          ///< none: a half is too short, see `remarks`
+  std::vector<std::optional<LensChoice>> choices;  ///< of each camera; none: its lens was given
+  std::vector<double> rms_before;  ///< of each camera with the lens that it states [px]; NaN: none
+  std::vector<std::string> suspicious;  ///< views that the others contradict
+  std::vector<std::string> missing;     ///< which views would make the result better
+  std::vector<std::string> remarks;
+};
+
+/// The largest standard deviation of the projection over the image, and the root mean square [px].
+struct ProjectionSummary {
+  double largest = 0, rms = 0;
+};
+ProjectionSummary projection_summary(const CamerasCalibration& calibration, std::size_t camera);
+
+/// Fills `suspicious`: views with an error of more than four times the median view's.
+void find_suspicious_views(CamerasReport& report);
+/// Fills `missing`: parts of the image without corners, and tilts of the target that did not occur.
+void find_missing_views(CamerasReport& report);
+
+/// The content of cameras.json (docs/calibration.md).
+nlohmann::ordered_json cameras_json(const CamerasReport& report);
+/// The table of the terminal.
+std::string cameras_text(const CamerasReport& report);
+
+}  // namespace chasles

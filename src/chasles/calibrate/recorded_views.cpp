@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/calibrate/recorded_views.hpp>
+#include <chasles/calibration/all_cameras.hpp>
+#include <chasles/target/target_detector.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr std::size_t kCornersOfPose = 4;
+
+// What a frame shows.
+struct FrameViews {
+  std::vector<TargetView> views;
+  std::vector<double> blur;
+  std::vector<std::string> lacks, damaged;
+};
+
+FrameViews detected(const ImageSource& images, std::size_t index, const TargetDetector& detector) {
+  FrameViews result;
+  std::vector<std::string> damaged;
+  const ImageFrame frame = images.read_undamaged(
+      index, kAllCameras, [&](const InputError& error) { damaged.push_back(error.what()); });
+  result.damaged = std::move(damaged);
+  for (std::size_t c = 0; c < frame.images.size(); ++c) {
+    if (frame.images[c].empty()) continue;
+    TargetDetection found = detector.detect(frame.images[c]);
+    if (found.view.ids.empty()) continue;
+    found.view.time = images.time(index);
+    found.view.camera = static_cast<int>(c);
+    result.views.push_back(std::move(found.view));
+    result.blur.push_back(found.blur);
+    result.lacks.push_back(std::move(found.lack));
+  }
+  return result;
+}
+
+// The frames, in any order by several threads.
+std::vector<FrameViews> detected_all(const Recording& recording, const Target& target,
+                                     const ViewOptions& options) {
+  const TargetDetector detector(target);
+  std::vector<FrameViews> frames(searched_frames(recording, options));
+  std::atomic<std::size_t> next = 0, done = 0;
+  std::atomic<bool> stop = false;
+  std::exception_ptr fault;
+  std::atomic<bool> has_fault = false;
+  const auto work = [&] {
+    while (!stop) {
+      const std::size_t i = next++;
+      if (i >= frames.size()) return;
+      try {
+        frames[i] =
+            detected(*recording.images, i * static_cast<std::size_t>(options.every), detector);
+      } catch (...) {
+        if (!has_fault.exchange(true)) fault = std::current_exception();
+        stop = true;
+      }
+      if (const std::size_t count = ++done; options.progress && !options.progress(count)) {
+        stop = true;
+      }
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (int i = 1; i < options.threads; ++i) threads.emplace_back(work);
+  work();
+  threads.clear();
+  if (fault) std::rethrow_exception(fault);
+  return frames;
+}
+
+std::vector<FrameViews> tracked(const Recording& recording, const Target& target,
+                                const ViewOptions& options) {
+  const std::size_t corners = target.corners().size();
+  std::vector<FrameViews> frames;
+  for (std::size_t i = 0; i < recording.frames.size();
+       i += static_cast<std::size_t>(options.every)) {
+    const FeatureFrame& frame = recording.frames[i];
+    FrameViews result;
+    std::vector<PixelObservation> pixels = frame.pixels;
+    std::ranges::stable_sort(
+        pixels, {}, [](const PixelObservation& o) { return std::pair(o.camera, o.landmark); });
+    for (const PixelObservation& o : pixels) {
+      if (o.landmark < 0 || static_cast<std::size_t>(o.landmark) >= corners) {
+        throw InputError(fmt::format(
+            "{}: found a track of landmark {} at {:.3f} s, expected ids of corners from 0 to {}: "
+            "are these tracks the corners of this target?",
+            recording.name, o.landmark, to_seconds(frame.time), corners - 1));
+      }
+      if (result.views.empty() || result.views.back().camera != o.camera) {
+        result.views.push_back({frame.time, o.camera, {}, {}});
+        result.blur.push_back(kNaN);
+        result.lacks.emplace_back();
+      }
+      result.views.back().ids.push_back(static_cast<int>(o.landmark));
+      result.views.back().pixels.push_back(o.pixel);
+    }
+    frames.push_back(std::move(result));
+    if (options.progress && !options.progress(frames.size())) break;
+  }
+  return frames;
+}
+
+}  // namespace
+
+std::size_t searched_frames(const Recording& recording, const ViewOptions& options) {
+  const auto every = static_cast<std::size_t>(options.every);
+  const std::size_t all = recording.images ? recording.images->size() : recording.frames.size();
+  return (all + every - 1) / every;
+}
+
+RecordedViews recorded_views(const Recording& recording, const Target& target,
+                             const ViewOptions& options) {
+  if (!recording.images && recording.frames.empty()) {
+    throw InputError(fmt::format("{}: found no images and no tracks of corners", recording.name));
+  }
+  std::vector<FrameViews> frames = recording.images ? detected_all(recording, target, options)
+                                                    : tracked(recording, target, options);
+  RecordedViews result{.views = {},
+                       .frames = frames.size(),
+                       .seen = std::vector<std::size_t>(recording.cameras.size(), 0),
+                       .blur = {},
+                       .lacks = {},
+                       .damaged = {}};
+  for (FrameViews& frame : frames) {
+    for (const TargetView& view : frame.views) {
+      if (view.ids.size() >= kCornersOfPose) ++result.seen[static_cast<std::size_t>(view.camera)];
+    }
+    std::ranges::move(frame.views, std::back_inserter(result.views));
+    std::ranges::move(frame.blur, std::back_inserter(result.blur));
+    std::ranges::move(frame.lacks, std::back_inserter(result.lacks));
+    std::ranges::move(frame.damaged, std::back_inserter(result.damaged));
+  }
+  return result;
+}
+
+}  // namespace chasles
