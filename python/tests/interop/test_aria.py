@@ -130,8 +130,8 @@ def test_times_samples_and_pixels_arrive(glasses):
 def test_chasles_and_projectaria_tools_have_the_same_pixels(glasses):
     """Points through the cameras that the converted folder calibrates, by both programs: lens, pixel centres, extrinsics."""
     seen = glasses.folder / "seen"
-    chasles("simulate", "hallway", "--cameras", glasses.made, "--set", "cameras=2", "--set", "pixel_sigma=0", "--set", "sections=1", "--set",
-            "hall_length=4", "-o", seen, "--quiet")
+    chasles("simulate", "hallway", "--cameras", glasses.made, "--set", "cameras=2", "--set", "pixel_sigma=0",
+            "--set", "sections=1", "--set", "hall_length=4", "-o", seen, "--quiet")
     points = {int(row[0]): np.array(row[1:], float) for row in table(seen / "landmarks_truth.csv")}
     poses = np.loadtxt(seen / "truth.tum")
     cameras = [glasses.calibration.get_camera_calib(f"camera-slam-{side}") for side in ("left", "right")]
