@@ -15,10 +15,11 @@ things than its data specification states, and than one would expect:
 - An acceleration and a rate with one time may have been measured a sample apart.
 
 The axes are Core Motion's and ARKit's. Held upright, with the screen towards you, the IMU has x to the right, y up and z
-towards you. The image lies on its side: its right is down (-y), its lower edge left (-x). The camera's place is unknown: state
-it, or run with --set calibrate_extrinsics=true. The intrinsics are those of the last picture, and the readout of the
-rolling shutter is not written (--set readout_time=S). arkit.tum has ARKit's poses of the IMU, in a world with z up. They are
-no truth: `chasles evaluate run walk/arkit.tum` compares both.
+towards you. The image lies on its side: its right is down (-y), its lower edge left (-x). The camera's place is unknown, and a
+walk of some seconds shows little of it: state it, or run with --set calibrate_extrinsics=true --set
+initial_extrinsic_translation_sigma=0.1. The intrinsics are those of the last picture, and the readout of the rolling shutter
+is not written (--set readout_time=S). arkit.tum has ARKit's poses of the IMU, in a world with z up. They are no truth:
+`chasles evaluate run walk/arkit.tum` compares both.
 """
 import csv
 import json
