@@ -1,5 +1,6 @@
 """The examples run as they are."""
 
+import ast
 import os
 import pathlib
 import re
@@ -45,6 +46,22 @@ def test_too_fast_a_recording_drops_images_and_says_so(walk):
 def test_bad_input_says_what_was_expected(tmp_path):
     assert "expected --play RECORDING, or --calibration FILE" in example().stderr
     assert "no such" in example("--play", tmp_path / "nothing").stderr.lower()
+
+
+def lines_of_code(program):
+    """Without the docstring, imports, comments and empty lines."""
+    text = program.read_text()
+    docstring, *statements = ast.parse(text).body
+    apart = [docstring, *(one for one in statements if isinstance(one, (ast.Import, ast.ImportFrom)))]
+    left_out = {number for one in apart for number in range(one.lineno, one.end_lineno + 1)}
+    return [line for number, line in enumerate(text.splitlines(), 1)
+            if number not in left_out and line.strip() and not line.strip().startswith("#")]
+
+
+@pytest.mark.parametrize("name", ["aria_to_chasles.py", "stray_scanner_to_chasles.py"])
+def test_a_conversion_is_a_program_of_thirty_lines(name):
+    lines = lines_of_code(EXAMPLES / name)
+    assert 10 < len(lines) <= 30 and max(map(len, lines)) <= 120
 
 
 FEED = pathlib.Path(os.environ.get("CHASLES_BINARY", "/none")).with_name("feed_from_stdin")
