@@ -9,7 +9,7 @@ namespace chasles::app {
 
 std::span<const Subcommand> calibrate_commands() {
   static constexpr Subcommand list[] = {
-      {"noise", "Noise densities and bias walks of an IMU, from a recording at rest or in motion",
+      {"noise", "Noise densities and bias walks of an IMU, from a standstill or a motion",
        declare_calibrate_noise},
   };
   return list;
