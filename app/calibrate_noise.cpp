@@ -1,35 +1,66 @@
+#include <filesystem>
 #include <memory>
 
 #include <CLI/CLI.hpp>
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
-#include <chasles/base/error.hpp>
-#include <chasles/recording/readers.hpp>
-#include <chasles/recording/recording.hpp>
+#include <chasles/calibrate/noise/imu_alone.hpp>
+#include <chasles/calibrate/noise/noise_calibration.hpp>
+#include <chasles/calibrate/noise/noise_output.hpp>
+#include <chasles/codec/durable_file.hpp>
+#include <chasles/codec/text_file.hpp>
+#include <chasles/codec/utf8.hpp>
+#include <chasles/session/remarks.hpp>
 
 #include "calibrate_commands.hpp"
+#include "options.hpp"
 #include "print.hpp"
 
 namespace chasles::app {
 namespace {
 
-int calibrate(const std::filesystem::path& path) {
-  const Recording recording = read_recording(path);
-  if (recording.imu.size() < 2) {
-    throw InputError(fmt::format("{}: found {} IMU samples, expected a recording with an IMU",
-                                 path.string(), recording.imu.size()));
+struct NoiseOptions {
+  std::filesystem::path recording, folder;
+  NoiseCalibrationSettings settings = {};
+  bool json = false;
+};
+
+int calibrate(const NoiseOptions& o) {
+  const Recording recording = read_for_imu(o.recording);
+  const RemarksOnError remarks(recording);
+  const NoiseCalibration calibration = calibrate_noise(recording, o.settings);
+  if (!o.folder.empty()) {
+    make_folder(o.folder);
+    replace_file(o.folder / "noise.json", json_text(noise_json(calibration), 2) + "\n");
+    replace_file(o.folder / "imu.yaml", noise_yaml(calibration));
+    replace_file(o.folder / "allan.csv", allan_csv(calibration));
   }
-  const double seconds = to_seconds(recording.imu.back().time - recording.imu.front().time);
-  app::print("{}: {} IMU samples in {:.1f} s\n", recording.name, recording.imu.size(), seconds);
+  app::print("{}", o.json ? json_text(noise_json(calibration), 2) + "\n" : noise_text(calibration));
   return 0;
 }
 
 }  // namespace
 
 Action declare_calibrate_noise(CLI::App& parser) {
-  const auto recording = std::make_shared<std::filesystem::path>();
-  parser.add_option("RECORDING", *recording, "Recording with an IMU")->required()->type_name("");
-  return [recording] { return calibrate(*recording); };
+  const auto o = std::make_shared<NoiseOptions>();
+  parser
+      .add_option("RECORDING", o->recording,
+                  "Recording with an IMU, or a table of its samples; best an hour of standstill")
+      ->required()
+      ->type_name("");
+  parser
+      .add_option("-o,--output", o->folder,
+                  "Folder for noise.json, imu.yaml (of Kalibr and of recordings) and allan.csv")
+      ->check(require_path)
+      ->type_name("DIR");
+  add_number(parser, "--start", o->settings.start, "S",
+             "Leave out the recording before this second", 0);
+  add_number(parser, "--stop", o->settings.stop, "S", "Leave out the recording after this second",
+             0);
+  parser.add_flag("--standstill", o->settings.all_standstill,
+                  "All of it is a standstill, also where the samples scatter as in a motion");
+  parser.add_flag("--json", o->json, "Print as JSON");
+  return [o] { return calibrate(*o); };
 }
 
 }  // namespace chasles::app

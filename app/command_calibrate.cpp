@@ -11,7 +11,7 @@ std::span<const Subcommand> calibrate_commands() {
   static constexpr Subcommand list[] = {
       {"cameras", "Lenses and relative poses of cameras, from views of a target",
        declare_calibrate_cameras},
-      {"noise", "Noise densities and bias walks of an IMU, from a recording at rest or in motion",
+      {"noise", "Noise densities and bias walks of an IMU, from a standstill or a motion",
        declare_calibrate_noise},
   };
   return list;

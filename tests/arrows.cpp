@@ -15,8 +15,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Prefix of an external library's headers, and its CMake target.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 25> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 26> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
+    {"unsupported/Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
     {"yaml-cpp/", "yaml-cpp"},

@@ -98,6 +98,7 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"bags", {"recording"}},
                           {"video", {"recording"}},
                           {"recording", {"run_folder"}},
+                          {"calibrate", {"sim"}},
                           {"session", {"sim"}},
                           {"robot", {"sim"}}}));
 }
