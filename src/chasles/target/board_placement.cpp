@@ -95,7 +95,7 @@ Vector2i BoardPlacement::on_board(const Vector2i& lattice) const {
 
 bool reaches_beyond(const Target& target, const BoardPlacement& placement,
                     const CornerLattice& lattice) {
-  constexpr double kFew = 0.04;  // of the corners: what is behind the board may look like a square
+  constexpr double kFew = 0.04;  // of the corners: what is behind the board may from like a square
   const CornerGrid grid = corner_grid(target);
   int outside = 0;
   for (const auto& [point, at] : lattice.positions) {
@@ -147,8 +147,7 @@ std::optional<BoardPlacement> place_checkerboard(const Target& target,
     if (high - low != Vector2i(grid.columns - 1, grid.rows - 1)) continue;
     const Quad& quad = quads[static_cast<std::size_t>(lattice.quads.front())];
     const Vector2i square = square_of(quad, lattice, placement);
-    if (!target.looks_same_turned() && is_dark_to_upper_right(target, square) != quad.dark)
-      continue;
+    if (!target.is_symmetric() && is_dark_to_upper_right(target, square) != quad.dark) continue;
     const double right = rightward(points, lattice, placement);
     if (best && right <= most_right) continue;
     best = placement;

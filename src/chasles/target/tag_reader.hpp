@@ -25,13 +25,13 @@ class TagReader {
   explicit TagReader(const Target& target);
 
   /// `corners` clockwise as seen in the image: of the tag's black border for an AprilGrid, of the
-  /// white square around the marker for ChArUco. None where there is no such tag, or it cannot be
-  /// told from another one of the board.
+  /// white square around the marker for ChArUco. None where there is no such tag, or it may be
+  /// another one of the board.
   std::optional<ReadTag> read(const GreyPlane& image,
                               const std::array<Eigen::Vector2d, 4>& corners) const;
 
-  /// Whether a single tag without a wrong bit more than `wrong_bits` is proof enough: fewer than
-  /// one in ten million random patterns has one of the codes.
+  /// Whether a single tag with so many wrong bits is proof enough: fewer than one in ten million
+  /// random patterns are as near to one of the codes.
   bool proves(int wrong_bits) const;
 
  private:

@@ -98,7 +98,7 @@ std::vector<Eigen::Vector3d> Target::corners() const {
   return result;
 }
 
-bool Target::looks_same_turned() const {
+bool Target::is_symmetric() const {
   return kind == TargetKind::checkerboard && (columns + rows) % 2 == 0;
 }
 

@@ -41,14 +41,14 @@ struct Target {
   /// - april_grid: 4 tag + corner. Tags go from the lower left to the right, then up; a tag's
   ///   corners from the lower left counterclockwise. The first corner is the origin.
   /// - checkerboard: row by row from the lower left, which is the origin. Where the board does not
-  ///   look the same turned by half a turn, the outer square at the lower left is black.
+  ///   from the same turned by half a turn, the outer square at the lower left is black.
   /// - charuco: the inner corners row by row from the *upper* left, as OpenCV (from 4.7) numbers
   ///   them. The lower left one is the origin.
   std::vector<Eigen::Vector3d> corners() const;
 
   /// Whether the board looks the same after half a turn (a checkerboard whose columns + rows are
   /// even): then the ids of a view go up in the image, and may change between views.
-  bool looks_same_turned() const;
+  bool is_symmetric() const;
 
   bool operator==(const Target&) const = default;
 };

@@ -8,9 +8,9 @@ namespace chasles {
 namespace {
 
 using Eigen::Vector2d;
-using test::LookAt;
 using test::Photograph;
 using test::TargetRenderer;
+using test::Viewpoint;
 
 const Target kAprilGrid{
     .kind = TargetKind::april_grid, .columns = 6, .rows = 6, .tag_size = 0.088, .tag_spacing = 0.3};
@@ -102,11 +102,11 @@ struct Score {
 };
 
 // View number v of many: from all sides, partly cut by the image, sometimes with a hand before it.
-struct Sight {
-  LookAt look;
+struct Shot {
+  Viewpoint from;
   Photograph how;
 };
-Sight sight(const Camera& camera, std::uint64_t v) {
+Shot shot_of(const Camera& camera, std::uint64_t v) {
   const Random random{77};
   const auto u = [&](std::uint32_t k) { return random.uniform(Stream::kStart, v, k); };
   const bool wide = sees_beside(camera);
@@ -133,8 +133,8 @@ Score score_of(const Target& target, const Camera& camera, std::uint64_t first,
   const TargetDetector detector(target);
   Score score;
   for (std::uint64_t v = first; v < first + count; ++v) {
-    const Sight s = sight(camera, v);
-    const SE3 cam_T_target = test::cam_T_target_of(target, s.look);
+    const Shot s = shot_of(camera, v);
+    const SE3 cam_T_target = test::cam_T_target_of(target, s.from);
     score.add(renderer, cam_T_target, detector.detect(renderer.render(cam_T_target, s.how)));
   }
   return score;
@@ -158,9 +158,9 @@ TEST(TargetDetector, CharucoThroughAFisheye) { expect_good(kCharuco, fisheye(), 
 TEST(TargetDetector, CheckerboardsThroughBothLenses) {
   for (const Camera& camera : {pinhole_like(), fisheye()}) {
     const TargetRenderer renderer(kCheckerboard, camera);
-    const LookAt look{
+    const Viewpoint from{
         .distance = sees_beside(camera) ? 0.35 : 0.9, .tilt = 0.4, .towards = 1, .roll = 2};
-    const SE3 cam_T_target = test::cam_T_target_of(kCheckerboard, look);
+    const SE3 cam_T_target = test::cam_T_target_of(kCheckerboard, from);
     Score score;
     score.add(renderer, cam_T_target,
               TargetDetector(kCheckerboard).detect(renderer.render(cam_T_target, {})));
@@ -212,10 +212,10 @@ TEST(TargetDetector, SigmasAreThoseOfTheErrors) {
 }
 
 // What a view of `shown` says to a detector of `stated`.
-TargetDetection seen(const Target& shown, const Target& stated, const LookAt& look,
+TargetDetection seen(const Target& shown, const Target& stated, const Viewpoint& from,
                      const Photograph& how = {}) {
   const TargetRenderer renderer(shown, smaller(pinhole_like(), 0.5));
-  return TargetDetector(stated).detect(renderer.render(test::cam_T_target_of(shown, look), how));
+  return TargetDetector(stated).detect(renderer.render(test::cam_T_target_of(shown, from), how));
 }
 
 void expect_none(const TargetDetection& found, const std::string& part) {
@@ -229,7 +229,7 @@ void expect_some(const TargetDetection& found, const std::string& part) {
 }
 
 TEST(TargetDetector, SaysWhyCornersAreMissing) {
-  const LookAt near{.distance = 0.9};
+  const Viewpoint near{.distance = 0.9};
   EXPECT_EQ(seen(kCharuco, kCharuco, near).lack, "");
   expect_some(seen(kCharuco, kCharuco, {.distance = 0.3}), "leaves the image");
   expect_some(seen(kCharuco, kCharuco, near, {.cover = 0.2}), "covered");
@@ -239,7 +239,7 @@ TEST(TargetDetector, SaysWhyCornersAreMissing) {
 }
 
 TEST(TargetDetector, AnotherBoardThanStated) {
-  const LookAt near{.distance = 0.9};
+  const Viewpoint near{.distance = 0.9};
   const auto columns = [](Target& t) { t.columns = 7; };
   const auto rows = [](Target& t) { t.rows = 5; };
   const auto legacy = [](Target& t) { t.legacy_pattern = true; };
@@ -268,7 +268,7 @@ TEST(TargetDetector, ImagesWithoutABoard) {
   EXPECT_TRUE(detector.detect(noise).view.ids.empty());
 }
 
-TEST(TargetDetector, BadTargetsAreRefused) {
+TEST(TargetDetector, BadTargetsAreRejected) {
   EXPECT_THROW(TargetDetector(with(kAprilGrid, [](Target& t) { t.tag_size = 0; })), UsageError);
   EXPECT_THROW(TargetDetector(with(kCharuco, [](Target& t) { t.dictionary = ""; })), UsageError);
 }

@@ -127,9 +127,9 @@ TEST(TargetCorners, CheckerboardsGoUpAndCharucoDown) {
 }
 
 TEST(TargetCorners, HalfATurn) {
-  EXPECT_FALSE(read_target(written(kCheckerboardYaml)).looks_same_turned());
-  EXPECT_TRUE(read_target(written(changed(kCheckerboardYaml, "6", "5"))).looks_same_turned());
-  EXPECT_FALSE(read_target(written(kAprilGridYaml)).looks_same_turned());
+  EXPECT_FALSE(read_target(written(kCheckerboardYaml)).is_symmetric());
+  EXPECT_TRUE(read_target(written(changed(kCheckerboardYaml, "6", "5"))).is_symmetric());
+  EXPECT_FALSE(read_target(written(kAprilGridYaml)).is_symmetric());
 }
 
 TEST(TargetCodes, FourQuartersOfATurn) {

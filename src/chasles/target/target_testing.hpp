@@ -225,24 +225,24 @@ class TargetRenderer {
 /// A pose that looks at the middle of the board: `distance` [m] away, the board's normal `tilt`
 /// from the line of sight towards `towards`, the camera turned by `roll`, and the middle of the
 /// board `aside` from the axis in that direction of the image (all angles [rad]).
-struct LookAt {
+struct Viewpoint {
   double distance = 1, tilt = 0, towards = 0, roll = 0, aside = 0, aside_towards = 0;
 };
 
-inline SE3 cam_T_target_of(const Target& target, const LookAt& look) {
+inline SE3 cam_T_target_of(const Target& target, const Viewpoint& from) {
   const auto turn = [](double angle, const Eigen::Vector3d& axis) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   };
   const Eigen::Matrix3d front = Eigen::Vector3d(1, -1, -1).asDiagonal();
-  const Eigen::Vector3d tilt_axis(std::cos(look.towards), std::sin(look.towards), 0);
-  const Eigen::Vector3d away(std::cos(look.aside_towards), std::sin(look.aside_towards), 0);
-  const Eigen::Matrix3d to_aside = turn(look.aside, Eigen::Vector3d::UnitZ().cross(away));
+  const Eigen::Vector3d tilt_axis(std::cos(from.towards), std::sin(from.towards), 0);
+  const Eigen::Vector3d away(std::cos(from.aside_towards), std::sin(from.aside_towards), 0);
+  const Eigen::Matrix3d to_aside = turn(from.aside, Eigen::Vector3d::UnitZ().cross(away));
   const PrintedRectangle outline = board_outline(target);
   const Eigen::Vector2d middle = (outline.lower_left + outline.upper_right) / 2;
   SE3 result;
   result.R =
-      to_aside * turn(look.tilt, tilt_axis) * turn(look.roll, Eigen::Vector3d::UnitZ()) * front;
-  result.p = to_aside * Eigen::Vector3d(0, 0, look.distance) -
+      to_aside * turn(from.tilt, tilt_axis) * turn(from.roll, Eigen::Vector3d::UnitZ()) * front;
+  result.p = to_aside * Eigen::Vector3d(0, 0, from.distance) -
              result.R * Eigen::Vector3d(middle.x(), middle.y(), 0);
   return result;
 }
