@@ -13,6 +13,8 @@ std::span<const Subcommand> calibrate_commands() {
        declare_calibrate_cameras},
       {"noise", "Noise densities and bias walks of an IMU, from a standstill or a motion",
        declare_calibrate_noise},
+      {"target", "A board to print, as PDF or SVG, with the file that describes it",
+       declare_calibrate_target},
   };
   return list;
 }

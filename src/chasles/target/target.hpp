@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <chasles/base/settings.hpp>
 #include <chasles/base/time.hpp>
 
 namespace chasles {
@@ -13,6 +15,14 @@ enum class TargetKind {
   april_grid,    ///< AprilTags (36h11, border of two bits) with black squares between their corners
   checkerboard,  ///< black and white squares
   charuco,       ///< a checkerboard with ArUco markers in its white squares
+};
+
+/// The names of Kalibr's `target_type`, and ours.
+template <>
+struct Choices<TargetKind> {
+  static constexpr std::array list = {Choice{TargetKind::april_grid, "aprilgrid"},
+                                      Choice{TargetKind::checkerboard, "checkerboard"},
+                                      Choice{TargetKind::charuco, "charuco"}};
 };
 
 /// A calibration target: a flat board with corners at known places, as printed.

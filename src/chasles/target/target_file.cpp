@@ -69,9 +69,10 @@ Target read_charuco(const std::filesystem::path& file) {
 Target read_kind(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::read(file, {.known = {}, .needed = {"target_type"}});
   const std::string type = map.text("target_type");
-  if (type == "aprilgrid") return read_april_grid(file);
-  if (type == "checkerboard") return read_checkerboard(file);
-  if (type == "charuco") return read_charuco(file);
+  const auto kind = choice_of<TargetKind>(type);
+  if (kind == TargetKind::april_grid) return read_april_grid(file);
+  if (kind == TargetKind::checkerboard) return read_checkerboard(file);
+  if (kind == TargetKind::charuco) return read_charuco(file);
   const std::string remark =
       type == "circlegrid" ? ". The centre of a circle's image is not the image of its centre, so "
                              "grids of circles are not read"
