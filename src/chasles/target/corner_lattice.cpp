@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -11,9 +12,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-constexpr double kAngle = 0.26;              // [rad]: edges bend in lenses, and rings are coarse
-constexpr double kLeastEdge = 4;             // [px]
-constexpr std::size_t kMostCandidates = 12;  // nearest points in a direction
+constexpr double kAngle = 0.26;             // [rad]: edges bend in lenses, and rings are coarse
+constexpr double kLeastEdge = 4;            // [px]
+constexpr std::size_t kMostCandidates = 8;  // nearest points in a direction
 
 // An edge leads from one saddle point, by one of its directions, to a direction of another one.
 struct EdgeEnd {
@@ -49,8 +50,8 @@ struct Candidate {
   int point = 0, edge = 0;
 };
 
-// For each direction of each point, the points to which an edge may lead, the nearest first.
-using Candidates = std::vector<std::array<std::vector<Candidate>, 4>>;
+// For each direction of a point, the points to which an edge may lead, the nearest first.
+using Candidates = std::array<std::vector<Candidate>, 4>;
 using Directions = std::array<Vector2d, 4>;
 
 // The direction that is within kAngle of the way, or none. Of directions with the parity of
@@ -86,48 +87,108 @@ std::optional<EdgeDirections> possible_edge(const Directions& from, const Direct
   return std::nullopt;
 }
 
-void add_candidates(const std::vector<SaddlePoint>& points,
-                    const std::vector<Directions>& directions, std::size_t p, std::size_t q,
-                    Candidates& result) {
-  const Vector2d way = points[q].pixel - points[p].pixel;
-  const double length = way.norm();
-  if (length < kLeastEdge) return;
-  const auto edge = possible_edge(directions[p], directions[q], way, length);
-  if (!edge) return;
-  const auto [there, back] = *edge;
-  result[p][static_cast<std::size_t>(there)].push_back({length, static_cast<int>(q), back});
-  result[q][static_cast<std::size_t>(back)].push_back({length, static_cast<int>(p), there});
+// The points in squares of the image, to visit those around a place from near to far.
+class PointBuckets {
+ public:
+  static constexpr double kSide = 32;  // [px]
+
+  PointBuckets(const std::vector<SaddlePoint>& points, int width, int height)
+      : columns_(bucket(width) + 1),
+        rows_(bucket(height) + 1),
+        buckets_(static_cast<std::size_t>(columns_) * rows_) {
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      at(bucket(points[p].pixel.x()), bucket(points[p].pixel.y())).push_back(static_cast<int>(p));
+    }
+  }
+
+  int most_rings() const { return std::max(columns_, rows_); }
+
+  /// Calls visit(point) for the points of the squares that are `ring` squares away, where
+  /// wanted(way to the middle of the square). What is nearer than ring * kSide is in this ring or
+  /// an inner one.
+  template <typename Wanted, typename Visit>
+  void visit_ring(const Vector2d& from, int ring, const Wanted& wanted, const Visit& visit) const {
+    const int x = bucket(from.x()), y = bucket(from.y());
+    for (int row = std::max(0, y - ring); row <= std::min(rows_ - 1, y + ring); ++row) {
+      const int step = ring == 0 || std::abs(row - y) == ring ? 1 : 2 * ring;
+      for (int column = x - ring; column <= x + ring; column += step) {
+        if (column < 0 || column >= columns_) continue;
+        const auto& points = buckets_[static_cast<std::size_t>(row) * columns_ + column];
+        if (points.empty()) continue;
+        if (!wanted(kSide * Vector2d(column + 0.5, row + 0.5) - from)) continue;
+        for (const int point : points) visit(point);
+      }
+    }
+  }
+
+ private:
+  static int bucket(double pixel) { return std::max(0, static_cast<int>(pixel / kSide)); }
+  std::vector<int>& at(int column, int row) {
+    return buckets_[static_cast<std::size_t>(std::min(row, rows_ - 1)) * columns_ +
+                    std::min(column, columns_ - 1)];
+  }
+
+  int columns_, rows_;
+  std::vector<std::vector<int>> buckets_;
+};
+
+// Whether no point farther away can be among the nearest ones.
+bool is_enough(const std::vector<Candidate>& list, double distance) {
+  const auto nearer = [&](const Candidate& c) { return c.distance <= distance; };
+  return static_cast<std::size_t>(std::ranges::count_if(list, nearer)) >= kMostCandidates;
+}
+
+// Whether a square of the buckets may have points that are within kAngle of a direction.
+bool is_along(const Vector2d& direction, const Vector2d& to_middle) {
+  constexpr double kHalf = 0.71 * PointBuckets::kSide;  // of the diagonal
+  const double along = direction.dot(to_middle);
+  const double across = direction.x() * to_middle.y() - direction.y() * to_middle.x();
+  return along > -kHalf && std::abs(across) < std::tan(kAngle) * along + kHalf / std::cos(kAngle);
 }
 
 void keep_nearest(std::vector<Candidate>& list) {
-  const auto nearer = [](const Candidate& a, const Candidate& b) {
+  std::ranges::sort(list, [](const Candidate& a, const Candidate& b) {
     return std::pair(a.distance, a.point) < std::pair(b.distance, b.point);
-  };
-  const std::size_t kept = std::min(kMostCandidates, list.size());
-  std::partial_sort(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(kept), list.end(),
-                    nearer);
-  list.resize(kept);
+  });
+  list.resize(std::min(kMostCandidates, list.size()));
 }
 
-Candidates find_candidates(const std::vector<SaddlePoint>& points) {
-  std::vector<Directions> directions;
-  for (const SaddlePoint& point : points) directions.push_back(directions_of(point));
-  Candidates result(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    for (std::size_t q = p + 1; q < points.size(); ++q) {
-      add_candidates(points, directions, p, q, result);
+Candidates candidates_of(const std::vector<SaddlePoint>& points,
+                         const std::vector<Directions>& directions, const PointBuckets& buckets,
+                         std::size_t p) {
+  Candidates result;
+  std::array<bool, 4> open = {true, true, true, true};
+  const auto wanted = [&](const Vector2d& to_middle) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (open[k] && is_along(directions[p][k], to_middle)) return true;
     }
-    for (auto& list : result[p]) keep_nearest(list);
+    return false;
+  };
+  for (int ring = 0; ring < buckets.most_rings(); ++ring) {
+    buckets.visit_ring(points[p].pixel, ring, wanted, [&](int q) {
+      const auto other = static_cast<std::size_t>(q);
+      const Vector2d way = points[other].pixel - points[p].pixel;
+      const double length = way.norm();
+      if (length < kLeastEdge) return;
+      const auto edge = possible_edge(directions[p], directions[other], way, length);
+      if (edge) result[static_cast<std::size_t>(edge->there)].push_back({length, q, edge->back});
+    });
+    for (std::size_t k = 0; k < 4; ++k) open[k] = !is_enough(result[k], ring * PointBuckets::kSide);
+    if (std::ranges::none_of(open, std::identity())) break;
   }
+  for (auto& list : result) keep_nearest(list);
   return result;
 }
 
 EdgeEnds find_edges(const GreyPlane& image, const std::vector<SaddlePoint>& points) {
-  const Candidates candidates = find_candidates(points);
+  std::vector<Directions> directions;
+  for (const SaddlePoint& point : points) directions.push_back(directions_of(point));
+  const PointBuckets buckets(points, image.width, image.height);
   EdgeEnds nearest(points.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
+    const Candidates candidates = candidates_of(points, directions, buckets, p);
     for (std::size_t k = 0; k < 4; ++k) {
-      for (const Candidate& c : candidates[p][k]) {
+      for (const Candidate& c : candidates[k]) {
         const SaddlePoint& to = points[static_cast<std::size_t>(c.point)];
         if (!is_edge(image, points[p], to, k % 2 == 0)) continue;
         nearest[p][k] = {c.point, c.edge};

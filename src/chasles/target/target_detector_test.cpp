@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include <chasles/base/error.hpp>
 #include <chasles/target/target_detector.hpp>
@@ -209,6 +210,30 @@ TEST(TargetDetector, SigmasAreThoseOfTheErrors) {
   EXPECT_GT(mean, 1 - 4 * std::sqrt(2.0 / 576));
   EXPECT_LT(mean, 1 + 4 * std::sqrt(2.0 / 576));
   EXPECT_LT(score.bias().norm(), 4 * score.quantile(0.5) / std::sqrt(288.0));
+}
+
+// OpenCV's refinement, from the same corners, in windows without other edges.
+TEST(TargetDetector, CornersAreNearerToTheTruthThanOpenCvs) {
+  const TargetRenderer renderer(kCheckerboard, pinhole_like());
+  const SE3 pose =
+      test::cam_T_target_of(kCheckerboard, {.distance = 0.8, .tilt = 0.5, .roll = 0.3});
+  GrayImage image = renderer.render(pose, {.blur = 0.8, .noise = 4});
+  const TargetDetection found = TargetDetector(kCheckerboard).detect(image);
+  ASSERT_EQ(found.view.ids.size(), 56u);
+  std::vector<cv::Point2f> corners;
+  for (const Vector2d& p : found.view.pixels)
+    corners.emplace_back(std::lround(p.x()), std::lround(p.y()));
+  cv::cornerSubPix(cv::Mat(image.height, image.width, CV_8U, image.pixels.data()), corners, {5, 5},
+                   {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
+  const auto truth = renderer.corners(pose);
+  double ours = 0, theirs = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vector2d other(static_cast<double>(corners[k].x), static_cast<double>(corners[k].y));
+    EXPECT_LT((found.view.pixels[k] - other).norm(), 0.2);
+    ours += (found.view.pixels[k] - *truth[k]).squaredNorm();
+    theirs += (other - *truth[k]).squaredNorm();
+  }
+  EXPECT_LT(ours, 0.5 * theirs);
 }
 
 // What a view of `shown` says to a detector of `stated`.
