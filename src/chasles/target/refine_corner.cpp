@@ -121,6 +121,7 @@ Fit fitted(const std::vector<Sample>& samples, const Parameters& start) {
 std::optional<RefinedCorner> refined_corner(const GreyPlane& image, const SaddlePoint& point,
                                             double radius) {
   constexpr double kMisfit = 0.35;  // of half the contrast: cameras sharpen edges, and clip white
+  constexpr double kWorstSigma = 0.15;  // [px]: five times that of an ordinary corner
   if (!image.contains(point.pixel, radius)) return std::nullopt;
   const std::vector<Sample> samples = samples_around(image, point.pixel, radius);
   Parameters start;
@@ -138,7 +139,7 @@ std::optional<RefinedCorner> refined_corner(const GreyPlane& image, const Saddle
   const Normal inverse =
       Normal(fit.normal.selfadjointView<Eigen::Lower>()).ldlt().solve(Normal::Identity());
   const double variance = misfit * misfit * (inverse(0, 0) + inverse(1, 1)) / 2;
-  if (!(variance >= 0) || !std::isfinite(variance)) return std::nullopt;
+  if (!(variance >= 0 && variance < kWorstSigma * kWorstSigma)) return std::nullopt;
   return RefinedCorner{p.head<2>(), std::sqrt(variance), p(kBlur)};
 }
 

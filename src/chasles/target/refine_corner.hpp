@@ -19,7 +19,7 @@ struct RefinedCorner {
 /// best (seven parameters; least squares by Levenberg and Marquardt). `radius` [px] is how far
 /// nothing but these edges is. None where the image ends there, or the values have no such shape:
 /// the corner leaves the middle of its surroundings, the blur fills them, or the residuals are a
-/// part of the contrast.
+/// large part of the contrast; and where the sigma would be above 0.15 px.
 std::optional<RefinedCorner> refined_corner(const GreyPlane& image, const SaddlePoint& point,
                                             double radius);
 

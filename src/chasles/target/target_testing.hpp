@@ -20,6 +20,7 @@ namespace chasles::test {
 /// How a target is photographed.
 struct Photograph {
   double blur = 0.5;               ///< standard deviation of a Gaussian [px]
+  Eigen::Vector2d motion{0, 0};    ///< of the image during the exposure, blurs along it [px]
   double noise = 2;                ///< standard deviation [grey values]
   double black = 25, white = 210;  ///< grey values of the print
   Eigen::Vector2d light{0, 0};     ///< part by which the light grows across the image
@@ -53,6 +54,7 @@ class TargetRenderer {
       for (int x = 0; x < camera_.width; ++x) grey[index(x, y)] = mean_grey(places, x, y, how);
     }
     blur(grey, how.blur);
+    smear(grey, how.motion);
     const Random random{how.seed};
     GrayImage image{camera_.width, camera_.height, {}};
     for (std::size_t i = 0; i < grey.size(); ++i) {
@@ -197,6 +199,32 @@ class TargetRenderer {
     for (double& weight : kernel) weight /= sum;
     convolve(grey, kernel, reach, 1, 0);
     convolve(grey, kernel, reach, 0, 1);
+  }
+
+  // The mean of images that move by so much about the middle of the exposure.
+  void smear(std::vector<double>& grey, const Eigen::Vector2d& motion) const {
+    const int steps = 2 * static_cast<int>(std::ceil(motion.norm())) + 1;
+    if (steps == 1) return;
+    const std::vector<double> before = grey;
+    std::ranges::fill(grey, 0.0);
+    for (int step = 0; step < steps; ++step) {
+      const Eigen::Vector2d shift = ((step + 0.5) / steps - 0.5) * motion;
+      for (int y = 0; y < camera_.height; ++y) {
+        for (int x = 0; x < camera_.width; ++x) {
+          grey[index(x, y)] += between(before, Eigen::Vector2d(x, y) + shift) / steps;
+        }
+      }
+    }
+  }
+
+  // The value between pixels; outside, that of the nearest pixel.
+  double between(const std::vector<double>& grey, const Eigen::Vector2d& at) const {
+    const double x = std::clamp(at.x(), 0.0, camera_.width - 1.001);
+    const double y = std::clamp(at.y(), 0.0, camera_.height - 1.001);
+    const int left = static_cast<int>(x), top = static_cast<int>(y);
+    const double u = x - left, v = y - top;
+    return (1 - v) * ((1 - u) * grey[index(left, top)] + u * grey[index(left + 1, top)]) +
+           v * ((1 - u) * grey[index(left, top + 1)] + u * grey[index(left + 1, top + 1)]);
   }
 
   void convolve(std::vector<double>& grey, const std::vector<double>& kernel, int reach, int dx,
