@@ -11,6 +11,8 @@ std::span<const Subcommand> calibrate_commands() {
   static constexpr Subcommand list[] = {
       {"cameras", "Lenses and relative poses of cameras, from views of a target",
        declare_calibrate_cameras},
+      {"imu-cameras", "Cameras with their IMU: mounting, clock, readout, scales, from a target",
+       declare_calibrate_imu_cameras},
       {"noise", "Noise densities and bias walks of an IMU, from a standstill or a motion",
        declare_calibrate_noise},
       {"target", "A board to print, as PDF or SVG, with the file that describes it",

@@ -12,6 +12,7 @@
 #include <chasles/calibrate/camera_guess.hpp>
 #include <chasles/calibrate/cameras_calibration.hpp>
 #include <chasles/calibrate/chain_equations.hpp>
+#include <chasles/calibrate/corner_loss.hpp>
 #include <chasles/calibrate/levenberg_marquardt.hpp>
 #include <chasles/calibrate/target_pose.hpp>
 #include <chasles/lie/so3.hpp>
@@ -29,7 +30,6 @@ constexpr double kFirstWidth = 3;     // of the loss before the noise is known [
 constexpr double kLeastSigma = 0.01;  // of corners without noise [px]
 constexpr std::size_t kLeastCorners = 4;
 constexpr std::size_t kLeastViews = 3;
-constexpr double kBlockSeconds = 1;  // errors farther apart are independent
 
 struct PosedView {
   const TargetView* view;
@@ -77,16 +77,6 @@ struct RigLinearised {
     return equations.solve(damping);
   }
 };
-
-// A corner's whitened error under the loss: the factor on its rows, and its cost.
-struct Weighted {
-  double root_weight, cost;
-};
-
-Weighted weighted(double size_sigmas) {
-  if (size_sigmas <= kLossSigmas) return {1, size_sigmas * size_sigmas / 2};
-  return {std::sqrt(kLossSigmas / size_sigmas), kLossSigmas * (size_sigmas - kLossSigmas / 2)};
-}
 
 class RigProblem {
  public:
@@ -167,7 +157,7 @@ class RigProblem {
       if (!image) return false;
       const auto row = 2 * static_cast<Eigen::Index>(i);
       const Vector2d error = (image->pixel - view.pixels[i]) / sigma;
-      const Weighted w = weighted(error.norm());
+      const WeightedCorner w = weighted_corner(error.norm());
       const double factor = w.root_weight / sigma;
       const Eigen::Matrix<double, 2, 3> by_cam0 = factor * image->d_point * cam_T_cam0.R;
       by_pose.block<2, 3>(row, 0) = -by_cam0 * hat(arm);
@@ -480,7 +470,7 @@ double correlation_factor(const ChainEquations& equations, const MatrixXd& covar
   VectorXd sum = VectorXd::Zero(covariance.rows());
   Time begin{};
   for (std::size_t k = 0; k < instants.size(); ++k) {
-    if (k == 0 || to_seconds(instants[k].time - begin) >= kBlockSeconds) {
+    if (k == 0 || to_seconds(instants[k].time - begin) >= kIndependentSeconds) {
       scatter.noalias() += sum * sum.transpose();
       sum.setZero();
       begin = instants[k].time;

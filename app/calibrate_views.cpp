@@ -1,0 +1,99 @@
+#include "calibrate_views.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <chasles/base/error.hpp>
+#include <chasles/calibrate/cross_validation.hpp>
+#include <chasles/calibrate/recorded_views.hpp>
+#include <chasles/session/progress.hpp>
+#include <chasles/target/target_file.hpp>
+
+namespace chasles::app {
+
+void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
+  o.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  CLI::Option* recordings =
+      parser
+          .add_option("RECORDING", o.recordings,
+                      several ? "Recordings of the target, by the same cameras"
+                              : "Recording of the target at rest, by a moving rig with an IMU")
+          ->required()
+          ->type_name("");
+  if (!several) recordings->expected(1);
+  parser.add_option("--target", o.target, "File of the target (docs/calibration.md)")
+      ->required()
+      ->type_name("FILE");
+  parser
+      .add_option("--lens", o.lens,
+                  "Lens model, or several of which views that took no part choose the best, as "
+                  "radtan,radtan:8,ds (default auto: the common ones)")
+      ->type_name("MODELS");
+  parser.add_option("--every", o.every, "Search one of so many frames (default 1)")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N");
+  parser.add_option("--threads", o.threads, "Images searched in parallel (default: one per core)")
+      ->check(CLI::Range(1, 256))
+      ->type_name("N");
+  parser.add_flag("--from-nothing", o.from_nothing,
+                  "Do not begin at the lens that the recording states");
+  parser.add_flag("--quiet", o.quiet, "Print nothing but errors");
+}
+
+void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
+                  CamerasInput& input, std::vector<std::string>& remarks) {
+  if (!input.cameras.empty() && recording.cameras.size() != input.cameras.size()) {
+    throw InputError(fmt::format("{}: found {} cameras, expected {} as in {}", recording.name,
+                                 recording.cameras.size(), input.cameras.size(),
+                                 o.recordings.front().string()));
+  }
+  if (input.cameras.empty()) input.cameras = recording.cameras;
+  ViewOptions options{.every = o.every, .threads = o.threads, .progress = {}};
+  Progress bar(searched_frames(recording, options), o.quiet);
+  std::mutex drawing;
+  options.progress = [&](std::size_t done) {
+    const std::lock_guard lock(drawing);
+    bar.show(done);
+    return !interrupt.requested();
+  };
+  RecordedViews views = recorded_views(recording, read_target(o.target), options);
+  if (interrupt.requested()) {
+    remarks.push_back(fmt::format("interrupted: {} views of {} were found until then",
+                                  views.views.size(), recording.name));
+  }
+  for (const std::string& sentence : views.damaged) remarks.push_back(sentence);
+  // Instants of two recordings are not the same.
+  Time shift{};
+  if (!input.views.empty() && !views.views.empty()) {
+    shift = input.views.back().time + std::chrono::seconds(10) - views.views.front().time;
+  }
+  for (TargetView& view : views.views) {
+    view.time += shift;
+    input.views.push_back(std::move(view));
+  }
+}
+
+std::vector<LensForm> candidate_lenses(const ViewsOptions& o) {
+  if (o.lens == "auto") return common_lenses();
+  std::vector<LensForm> lenses;
+  for (std::size_t begin = 0; begin <= o.lens.size();) {
+    const std::size_t end = std::min(o.lens.find(',', begin), o.lens.size());
+    lenses.push_back(lens_form(o.lens.substr(begin, end - begin), "--lens"));
+    begin = end + 1;
+  }
+  return lenses;
+}
+
+CamerasInput input_for(const Target& target) {
+  return {.corners = target.corners(),
+          .views = {},
+          .cameras = {},
+          .lenses = {},
+          .shape = printed_shape(target)};
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <chasles/calibrate/cameras_calibration.hpp>
+#include <chasles/recording/recording.hpp>
+#include <chasles/session/interrupt.hpp>
+
+namespace CLI {
+class App;
+}
+
+namespace chasles::app {
+
+/// Which views of a target a calibration takes.
+struct ViewsOptions {
+  std::vector<std::filesystem::path> recordings;
+  std::filesystem::path target;
+  std::string lens = "auto";  ///< one model, several with commas, or "auto"
+  int every = 1, threads = 1;
+  bool from_nothing = false, quiet = false;
+};
+
+/// Adds the arguments and options. `several`: of recordings.
+void declare_views(CLI::App& parser, ViewsOptions& o, bool several);
+
+/// The views of a recording, with its cameras; those of a further recording come later in time.
+void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
+                  CamerasInput& input, std::vector<std::string>& remarks);
+
+/// The lenses of the option. Throws UsageError.
+std::vector<LensForm> candidate_lenses(const ViewsOptions& o);
+
+/// An empty input for a target, whose shape is estimated.
+CamerasInput input_for(const Target& target);
+
+}  // namespace chasles::app

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/calibrate/cameras_calibration.hpp>
+#include <chasles/imu/imu_correction.hpp>
+#include <chasles/imu/imu_sample.hpp>
+
+namespace chasles {
+
+/// Views of a target at rest by a moving rig with an IMU.
+struct InertialCalibrationInput {
+  CamerasInput cameras;  ///< a stated cam_T_imu is not used: the search begins from nothing
+  std::vector<ImuSample> imu;
+  ImuConvention convention = ImuConvention::kInstant;
+  ImuNoise noise;
+  double gravity = kStandardGravity;  ///< its magnitude where the recording was made [m/s^2]
+  bool has_readout = false;    ///< whether the cameras have a rolling shutter to be estimated
+  bool has_imu_errors = true;  ///< whether scales and misalignments of the IMU are estimated
+};
+
+/// The rows of its parameters: of each camera (fx, fy, cx, cy, coefficients), the errors of
+/// cam_T_imu (R = Exp(phi) Rhat, p = phat + dp, in the camera's axes) [rad, m], the time offset [s]
+/// and, with has_readout, the readout time [s]; the direction of gravity [rad]; the IMU's scales
+/// and misalignments, as ImuCorrection; the shape of the target.
+class InertialLayout {
+ public:
+  InertialLayout(const std::vector<LensForm>& lenses, bool has_readout, int imu_rows,
+                 std::vector<std::string> shape_names);
+
+  int lens_row(std::size_t camera) const { return first_[camera]; }
+  int pose_row(std::size_t camera) const { return first_[camera] + lenses_[camera].parameters(); }
+  int offset_row(std::size_t camera) const { return pose_row(camera) + 6; }
+  int readout_row(std::size_t camera) const { return offset_row(camera) + 1; }
+  int gravity_row() const { return first_.back(); }
+  int imu_row() const { return gravity_row() + 2; }
+  int shape_row() const { return imu_row() + imu_rows_; }
+  int rows() const { return shape_row() + static_cast<int>(shape_names_.size()); }
+  const LensForm& lens(std::size_t camera) const { return lenses_[camera]; }
+  std::size_t cameras() const { return lenses_.size(); }
+  bool has_readout() const { return has_readout_; }
+  int shape_rows() const { return static_cast<int>(shape_names_.size()); }
+  std::vector<std::string> names(const ImuCorrection& imu) const;
+
+ private:
+  std::vector<LensForm> lenses_;
+  bool has_readout_;
+  int imu_rows_;
+  std::vector<std::string> shape_names_;
+  std::vector<int> first_;
+};
+
+struct InertialCalibration {
+  std::vector<Camera> cameras;       ///< with cam_T_imu and readout
+  std::vector<double> time_offsets;  ///< of each: camera clock + offset = IMU clock [s]
+  Eigen::Vector3d gravity_target = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  ImuCorrection imu = {};                                    ///< zero if not estimated
+  Vector6d biases = Vector6d::Zero();  ///< mean: accelerometer [m/s^2], gyroscope [rad/s]
+  Eigen::VectorXd shape;               ///< of the target
+  std::vector<std::string> names;      ///< of the rows
+  Eigen::VectorXd values;              ///< of rotations: the rotation vector
+  Eigen::MatrixXd covariance;          ///< of the parameters
+  InertialLayout layout;
+  CamerasCalibration alone;       ///< the cameras without the IMU
+  double pixel_sigma = 0;         ///< robust scatter of a corner's u or v [px]
+  double correlation_factor = 1;  ///< as CamerasCalibration
+  /// By how much the residuals of the IMU are larger than its stated noise: of the gyroscope and of
+  /// the accelerometer. At least 1; the result is weighted with them.
+  double gyroscope_factor = 1, accelerometer_factor = 1;
+  std::size_t instants = 0;  ///< with views
+  double seconds = 0;        ///< from the first to the last
+  int iterations = 0;
+  std::vector<ExplainedView> views;  ///< errors at the lines of the corners
+};
+
+/// First the cameras alone, then all together. Throws InputError as calibrate_cameras(), for an IMU
+/// that does not cover the views, where its rotation does not follow that of the cameras, and where
+/// the motion does not determine the parameters: with what is missing.
+InertialCalibration calibrate_inertial(const InertialCalibrationInput& input);
+
+}  // namespace chasles

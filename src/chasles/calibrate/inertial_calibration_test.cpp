@@ -1,0 +1,93 @@
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
+#include <chasles/calibrate/inertial_testing.hpp>
+#include <chasles/calibrate/rotation_alignment.hpp>
+#include <chasles/camera/camera_testing.hpp>
+
+namespace chasles::test {
+namespace {
+
+// Mounted as on EuRoC's rig: turned by a quarter, some centimetres away.
+std::vector<Camera> mounted(std::size_t count, double readout = 0) {
+  std::vector<Camera> cameras = {euroc_camera(), euroc_camera()};
+  cameras[0].cam_T_imu = {so3::exp(Eigen::Vector3d(0.02, -0.01, 1.55)), {0.06, -0.02, 0.01}};
+  cameras[1].cam_T_imu = {so3::exp(Eigen::Vector3d(0.01, 0.02, 1.56)), {-0.05, -0.02, 0.012}};
+  for (Camera& camera : cameras) camera.shutter.readout = readout;
+  cameras.resize(count);
+  return cameras;
+}
+
+TEST(InertialCalibration, ErrorsAreThoseOfTheirCovariance) {
+  double nees = 0, rows = 0, beyond = 0;
+  for (const auto& [count, readout, offset] :
+       {std::tuple(1u, 0.0, 0.0), {2u, 0.0, -0.1}, {1u, 0.02, 0.1}, {2u, 0.015, 0.012}}) {
+    for (std::uint64_t run = 0; run < 2; ++run) {
+      BoardRigScene scene{.cameras = mounted(count, readout), .time_offset = offset};
+      scene.imu.force.diagonal() << 0.004, -0.003, 0.002;
+      scene.imu.rate << 0.003, 0.001, -0.002, 0.0015, -0.004, 0.001, -0.001, 0.002, 0.002;
+      const InertialCalibration found = calibrate_inertial(inertial_views(scene, run));
+      const Eigen::VectorXd errors = inertial_errors(found, scene);
+      const double one = errors.dot(found.covariance.ldlt().solve(errors));
+      const Eigen::VectorXd sigmas = found.covariance.diagonal().cwiseSqrt();
+      nees += one;
+      rows += static_cast<double>(errors.size());
+      beyond += static_cast<double>((errors.array().abs() > 3 * sigmas.array()).count());
+      EXPECT_NEAR(found.pixel_sigma, scene.pixel_sigma, 0.005);
+      EXPECT_LT(found.gyroscope_factor, 1.1);
+      EXPECT_LT(found.accelerometer_factor, 1.1);
+    }
+  }
+  EXPECT_LT(nees / rows, 1.6);
+  EXPECT_GT(nees / rows, 0.4);
+  EXPECT_LE(beyond, 0.02 * rows);
+}
+
+std::string fault_of(const InertialCalibrationInput& input) {
+  try {
+    calibrate_inertial(input);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(InertialCalibration, SaysWhatDoesNotFit) {
+  const BoardRigScene scene{.cameras = mounted(1), .seconds = 6};
+  InertialCalibrationInput input = inertial_views(scene, 1);
+  InertialCalibrationInput degrees = input;
+  for (ImuSample& sample : degrees.imu) sample.angular_rate_imu *= kDegrees;
+  EXPECT_NE(fault_of(degrees).find("does not turn as the cameras do"), std::string::npos)
+      << fault_of(degrees);
+  InertialCalibrationInput late = input;
+  for (ImuSample& sample : late.imu) sample.time += std::chrono::seconds(100);
+  EXPECT_NE(fault_of(late).find("too little time in common"), std::string::npos) << fault_of(late);
+  input.imu.clear();
+  EXPECT_NE(fault_of(input).find("found 0 IMU samples"), std::string::npos);
+}
+
+TEST(RotationAlignment, FindsMountingAndOffsetFromNothing) {
+  const BoardRigScene scene{.cameras = mounted(1), .seconds = 10};
+  const BoardMotion motion(1);
+  const InertialCalibrationInput input = inertial_views(scene, 3);
+  for (const double offset : {-0.4, 0.0, 0.25}) {
+    std::vector<SeenAttitude> attitudes;
+    for (double t = 1; t < 10; t += 0.05) {
+      const Eigen::Matrix3d cam_R_target =
+          scene.cameras[0].cam_T_imu.R * motion.target_T_imu(t).R.transpose();
+      attitudes.push_back(
+          {Time(std::chrono::nanoseconds(std::llround(1e9 * (t - offset)))), cam_R_target});
+    }
+    const auto found = align_rotations(attitudes, input.imu);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->time_offset, offset, 0.002);
+    EXPECT_LT(so3::log(found->cam_R_imu * scene.cameras[0].cam_T_imu.R.transpose()).norm(), 0.01);
+    EXPECT_LT(found->unexplained, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace chasles::test

@@ -1,0 +1,151 @@
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/calibrate/inertial_report.hpp>
+
+namespace chasles {
+namespace {
+
+using InertialJson = nlohmann::ordered_json;
+
+constexpr double kLeastTurning = 0.3;  // root mean square of the rate about an axis [rad/s]
+constexpr double kLeastShaking = 0.5;  // of the specific force about its mean [m/s^2]
+
+std::string unit_of_parameter(const std::string& name) {
+  const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
+  if (has(".fx") || has(".fy") || has(".cx") || has(".cy")) return "px";
+  if (has("rotation") || has("gravity") || has("misalignment")) return "rad";
+  if (has("position") || name.starts_with("target.")) return "m";
+  if (has("time")) return "s";
+  return "1";
+}
+
+double rms_of_views(const std::vector<ExplainedView>& views) {
+  double squares = 0, corners = 0;
+  for (const ExplainedView& view : views) {
+    squares += view.rms * view.rms * static_cast<double>(view.errors.size());
+    corners += static_cast<double>(view.errors.size());
+  }
+  return std::sqrt(squares / std::max(1.0, corners));
+}
+
+InertialJson rows_of(const Eigen::MatrixXd& matrix) {
+  InertialJson rows = InertialJson::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    InertialJson row = InertialJson::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+InertialJson numbers(const Eigen::VectorXd& values) {
+  InertialJson list = InertialJson::array();
+  for (const double value : values) list.push_back(value);
+  return list;
+}
+
+InertialJson transform(const SE3& pose) {
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topLeftCorner<3, 3>() = pose.R;
+  T.topRightCorner<3, 1>() = pose.p;
+  return rows_of(T);
+}
+
+}  // namespace
+
+std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
+                                        const InertialCalibration& calibration) {
+  Eigen::Vector3d turning = Eigen::Vector3d::Zero(), force = turning, mean = turning;
+  for (const ImuSample& sample : input.imu) {
+    turning += (sample.angular_rate_imu - calibration.biases.tail<3>()).cwiseAbs2();
+    mean += sample.specific_force_imu;
+  }
+  const auto count = static_cast<double>(input.imu.size());
+  mean /= count;
+  for (const ImuSample& sample : input.imu) {
+    force += (sample.specific_force_imu - mean).cwiseAbs2();
+  }
+  std::vector<std::string> missing;
+  constexpr std::array kAxes = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    const double rate = std::sqrt(turning[i] / count), shaking = std::sqrt(force[i] / count);
+    const char* axis = kAxes[static_cast<std::size_t>(i)];
+    if (rate < kLeastTurning) {
+      missing.push_back(fmt::format(
+          "the rig turns by {:.2f} rad/s about the IMU's {} axis, in the mean: turn it there by "
+          "{:.1f} rad/s or more",
+          rate, axis, kLeastTurning));
+    }
+    if (shaking < kLeastShaking) {
+      missing.push_back(fmt::format(
+          "the force along the IMU's {} axis changes by {:.2f} m/s^2, in the mean: tilt or shake "
+          "the rig until it is {:.1f} m/s^2 or more",
+          axis, shaking, kLeastShaking));
+    }
+  }
+  return missing;
+}
+
+InertialJson inertial_json(const InertialCalibration& calibration,
+                           const std::vector<std::string>& missing,
+                           const std::vector<std::string>& remarks) {
+  InertialJson cameras = InertialJson::array();
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    const Camera& camera = calibration.cameras[c];
+    cameras.push_back({{"lens", name_of(form_of(camera))},
+                       {"resolution", {camera.width, camera.height}},
+                       {"cam_T_imu", transform(camera.cam_T_imu)},
+                       {"time_offset_s", calibration.time_offsets[c]},
+                       {"readout_time_s", camera.shutter.readout}});
+  }
+  InertialJson parameters = InertialJson::array();
+  for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
+    const std::string& name = calibration.names[static_cast<std::size_t>(i)];
+    parameters.push_back({{"name", name},
+                          {"value", calibration.values[i]},
+                          {"unit", unit_of_parameter(name)},
+                          {"sigma", std::sqrt(calibration.covariance(i, i))}});
+  }
+  return {{"instants", calibration.instants},
+          {"seconds", calibration.seconds},
+          {"rms_px", rms_of_views(calibration.views)},
+          {"pixel_sigma_px", calibration.pixel_sigma},
+          {"correlation_factor", calibration.correlation_factor},
+          {"gyroscope_factor", calibration.gyroscope_factor},
+          {"accelerometer_factor", calibration.accelerometer_factor},
+          {"gravity_target_m_per_s2", numbers(calibration.gravity_target)},
+          {"accelerometer_bias_m_per_s2", numbers(calibration.biases.head<3>())},
+          {"gyroscope_bias_rad_per_s", numbers(calibration.biases.tail<3>())},
+          {"iterations", calibration.iterations},
+          {"cameras", std::move(cameras)},
+          {"parameters", std::move(parameters)},
+          {"covariance", rows_of(calibration.covariance)},
+          {"missing", missing},
+          {"remarks", remarks}};
+}
+
+std::string inertial_text(const InertialCalibration& calibration,
+                          const std::vector<std::string>& missing,
+                          const std::vector<std::string>& remarks) {
+  std::string text = fmt::format(
+      "{} instants in {:.1f} s, error {:.3f} px; noise of the IMU {:.1f} (gyroscope) and {:.1f} "
+      "(accelerometer) times the stated one\n",
+      calibration.instants, calibration.seconds, rms_of_views(calibration.views),
+      calibration.gyroscope_factor, calibration.accelerometer_factor);
+  text += fmt::format("{:<36}{:>14}{:>12}\n", "parameter", "value", "sigma");
+  for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
+    const std::string& name = calibration.names[static_cast<std::size_t>(i)];
+    text += fmt::format("{:<36}{:>14.6g}{:>12.3g} {}\n", name, calibration.values[i],
+                        std::sqrt(calibration.covariance(i, i)), unit_of_parameter(name));
+  }
+  for (const auto* list : {&missing, &remarks}) {
+    for (const std::string& sentence : *list) text += sentence + "\n";
+  }
+  return text;
+}
+
+}  // namespace chasles

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/calibrate/inertial_calibration.hpp>
+
+namespace chasles {
+
+/// Which motion would make the result better: turns about an axis that hardly turned, shifts along
+/// one that hardly moved.
+std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
+                                        const InertialCalibration& calibration);
+
+/// The content of imu-cameras.json (docs/calibration.md).
+nlohmann::ordered_json inertial_json(const InertialCalibration& calibration,
+                                     const std::vector<std::string>& missing,
+                                     const std::vector<std::string>& remarks);
+/// The table of the terminal.
+std::string inertial_text(const InertialCalibration& calibration,
+                          const std::vector<std::string>& missing,
+                          const std::vector<std::string>& remarks);
+
+}  // namespace chasles
