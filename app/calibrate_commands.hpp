@@ -11,6 +11,7 @@ namespace chasles::app {
 std::span<const Subcommand> calibrate_commands();
 
 // Each has its own .cpp.
+Action declare_calibrate_convert(CLI::App& parser);
 Action declare_calibrate_noise(CLI::App& parser);
 
 }  // namespace chasles::app

@@ -9,6 +9,8 @@ namespace chasles::app {
 
 std::span<const Subcommand> calibrate_commands() {
   static constexpr Subcommand list[] = {
+      {"convert", "The calibration of a recording or program, in the files of other programs",
+       declare_calibrate_convert},
       {"noise", "Noise densities and bias walks of an IMU, from a recording at rest or in motion",
        declare_calibrate_noise},
   };
