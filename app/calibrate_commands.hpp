@@ -13,6 +13,7 @@ std::span<const Subcommand> calibrate_commands();
 // Each has its own .cpp.
 Action declare_calibrate_cameras(CLI::App& parser);
 Action declare_calibrate_imu_cameras(CLI::App& parser);
+Action declare_calibrate_convert(CLI::App& parser);
 Action declare_calibrate_noise(CLI::App& parser);
 Action declare_calibrate_target(CLI::App& parser);
 

@@ -13,6 +13,8 @@ std::span<const Subcommand> calibrate_commands() {
        declare_calibrate_cameras},
       {"imu-cameras", "Cameras with their IMU: mounting, clock, readout, scales, from a target",
        declare_calibrate_imu_cameras},
+      {"convert", "The calibration of a recording or program, in the files of other programs",
+       declare_calibrate_convert},
       {"noise", "Noise densities and bias walks of an IMU, from a standstill or a motion",
        declare_calibrate_noise},
       {"target", "A board to print, as PDF or SVG, with the file that describes it",

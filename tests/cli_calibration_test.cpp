@@ -140,5 +140,34 @@ TEST(RunWithARollingShutter, MayTakeItForAGlobalOne) {
   EXPECT_NE(far.err.find("readout_time"), std::string::npos) << far.err;
 }
 
+TEST(CalibrateConvert, WritesTheFilesAndSaysWhatIsLeftOut) {
+  const Scratch folder;
+  spill(folder / "two cameras.yaml",
+        "format: chasles-recording-1\nname: one\ncameras:\n  - resolution: [640, 480]\n"
+        "    intrinsics: [300, 301, 320, 240]\n    distortion_model: ds\n"
+        "    distortion_coeffs: [0.1, 0.5]\n"
+        "    cam_T_imu: [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
+        "imu_convention: instant\n");
+  const Outcome made = chasles(folder, "calibrate convert 'two cameras.yaml' -o new");
+  ASSERT_EQ(made.code, 0) << made.err;
+  for (const char* part :
+       {"new/kalibr/camchain-imucam.yaml\n", "new/basalt/calibration.json\n",
+        "- ROS's file is not written: cam0: ROS's CameraInfo has no lens model ds with 2",
+        "- Kalibr's imu.yaml is not written"}) {
+    expect_part(made.out, part);
+  }
+  expect_part(slurp(folder / "new/kalibr/camchain-imucam.yaml"),
+              "# Made by `chasles calibrate convert` from two cameras.yaml.");
+  expect_error(chasles(folder, "calibrate convert 'two cameras.yaml' -o new"), 1,
+               "-o new: is there and not empty, expected a new folder");
+  expect_error(chasles(folder, "calibrate convert none.yaml -o other"), 2, "none.yaml");
+  expect_error(chasles(folder, "calibrate convert 'two cameras.yaml' -o x --imu-rate 0"), 1,
+               "--imu-rate");
+  const Outcome quiet =
+      chasles(folder, "calibrate convert new/kalibr -o other --quiet --imu-rate 200");
+  EXPECT_EQ(quiet.code, 2);  // without the noise of the IMU
+  EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
 }  // namespace
 }  // namespace chasles::test

@@ -21,6 +21,7 @@ LINES = [
     ("chasles map mer", "chasles map merge "),
     ("chasles calib", "chasles calibrate "),
     ("chasles calibrate no", "chasles calibrate noise "),
+    ("chasles calibrate con", "chasles calibrate convert "),
     ("chasles run --save", "chasles run --save-map"),
     ("chasles run --pairing ne", "chasles run --pairing nearest"),
     ("chasles run --mode sl", "chasles run --mode slam"),

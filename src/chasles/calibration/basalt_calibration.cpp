@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string_view>
 #include <vector>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/basalt_models.hpp>
 #include <chasles/calibration/foreign_calibration.hpp>
 #include <chasles/calibration/lens.hpp>
 #include <chasles/codec/json_numbers.hpp>
@@ -19,7 +19,6 @@ namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 // T_imu_cam: camera to IMU.
 SE3 basalt_cam_T_imu(const JsonPlace& pose) {
@@ -27,25 +26,6 @@ SE3 basalt_cam_T_imu(const JsonPlace& pose) {
                              pose.number("qw"));
   const Eigen::Vector3d p(pose.number("px"), pose.number("py"), pose.number("pz"));
   return SE3{checked_quaternion(pose.where(), xyzw), p}.inverse();
-}
-
-// A model of Basalt, and the keys of its coefficients in the order of ours.
-struct BasaltModel {
-  std::string_view name;
-  Distortion model;
-  std::vector<const char*> keys;
-};
-
-const std::vector<BasaltModel>& basalt_models() {
-  static const std::vector<BasaltModel> models{
-      {"pinhole", Distortion::kNone, {}},
-      {"pinhole-radtan8", Distortion::kRadtan, {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
-      {"kb4", Distortion::kEquidistant, {"k1", "k2", "k3", "k4"}},
-      {"ds", Distortion::kDoubleSphere, {"xi", "alpha"}},
-      {"eucm", Distortion::kEucm, {"alpha", "beta"}},
-      {"ucm", Distortion::kEucm, {"alpha"}},
-      {"fov", Distortion::kFov, {"w"}}};
-  return models;
 }
 
 const BasaltModel& basalt_model(const JsonPlace& camera) {
@@ -99,13 +79,13 @@ std::optional<ImuIntrinsics> basalt_intrinsics(const JsonPlace& value0) {
   ImuIntrinsics result;
   double largest = 0;
   const JsonPlace a = value0.at("calib_accel_bias"), g = value0.at("calib_gyro_bias");
-  constexpr std::array<std::array<int, 2>, 6> kPlaces{
-      {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}}};
   for (std::size_t i = 0; i < 3; ++i) {
     result.force_bias[static_cast<int>(i)] = a.number(i);
     result.rate_bias[static_cast<int>(i)] = g.number(i);
   }
-  for (std::size_t i = 0; i < 6; ++i) result.force(kPlaces[i][0], kPlaces[i][1]) += a.number(3 + i);
+  for (std::size_t i = 0; i < 6; ++i) {
+    result.force(kBasaltForcePlaces[i][0], kBasaltForcePlaces[i][1]) += a.number(3 + i);
+  }
   for (std::size_t i = 0; i < 9; ++i) {
     result.rate(static_cast<int>(i % 3), static_cast<int>(i / 3)) += g.number(3 + i);
   }
@@ -140,6 +120,7 @@ KalibrCalibration read_basalt(const fs::path& file, std::size_t cameras) {
                       .gyroscope_noise_density = basalt_density(value0, "gyro_noise_std"),
                       .gyroscope_random_walk = basalt_density(value0, "gyro_bias_std")};
   result.imu_intrinsics = basalt_intrinsics(value0);
+  if (value0.has("imu_update_rate")) result.imu_rate = value0.number("imu_update_rate");
   result.remarks.push_back(
       fmt::format("the calibration is that of {} (Basalt)", file.filename().string()));
   remark_on_time_offsets(result.time_offsets, result.remarks);

@@ -17,7 +17,8 @@ struct FolderCalibration {
   std::string name;
   std::optional<StereoRig> rig = {};
   std::vector<Camera> cameras = {};
-  /// Of each camera: added to the stamps of its images, it gives the IMU's clock. Not written.
+  /// Of each camera: added to the stamps of its images, it gives the IMU's clock. Zeros and none
+  /// are not written.
   std::vector<Time> time_offsets = {};
   std::optional<ImuConvention> imu_convention = {};  ///< where there is an IMU
   std::vector<std::string> remarks = {};
@@ -32,6 +33,8 @@ struct FolderCalibration {
 
 /// Throws InputError with file and line for an unknown, missing, repeated or malformed key.
 FolderCalibration read_calibration(const std::filesystem::path& file);
+/// The text of that file.
+std::string calibration_text(const FolderCalibration& calibration);
 void write_calibration(const FolderCalibration& calibration, const std::filesystem::path& file);
 
 }  // namespace chasles

@@ -107,6 +107,13 @@ void remark_on_imu_file(const std::vector<fs::path>& places, const fs::path& cal
 
 }  // namespace
 
+std::optional<KalibrCalibration> read_foreign_calibration(const fs::path& file,
+                                                          std::size_t cameras) {
+  const auto kind = kind_of_file(file);
+  if (!kind) return std::nullopt;
+  return read_foreign({.file = file, .kind = *kind}, cameras);
+}
+
 std::optional<KalibrCalibration> find_foreign_calibration(const std::vector<fs::path>& places,
                                                           std::size_t cameras) {
   for (const fs::path& place : with_config(places)) {

@@ -31,6 +31,10 @@ KalibrCalibration read_depthai(const std::filesystem::path& file,
                                const std::optional<std::filesystem::path>& imu,
                                std::size_t cameras = kAllCameras);
 
+/// The calibration of one such file, by its content; nothing of another one.
+std::optional<KalibrCalibration> read_foreign_calibration(const std::filesystem::path& file,
+                                                          std::size_t cameras = kAllCameras);
+
 /// The only such file in the first of the places that has one, by its content; nothing without one.
 /// Throws InputError for two in one place, and as the readers.
 std::optional<KalibrCalibration> find_foreign_calibration(

@@ -55,13 +55,14 @@ ImuRange read_imu_range(const YamlMap& map) {
   return range;
 }
 
-std::string imu_range_text(const ImuRange& range) {
+std::string imu_range_text(const ImuRange& range, const std::string& indent) {
   std::string text;
   if (std::isfinite(range.accelerometer)) {
-    text += fmt::format("accelerometer_range: {} # m/s^2, either way\n", range.accelerometer);
+    text +=
+        fmt::format("{}accelerometer_range: {} # m/s^2, either way\n", indent, range.accelerometer);
   }
   if (std::isfinite(range.gyroscope)) {
-    text += fmt::format("gyroscope_range: {} # rad/s, either way\n", range.gyroscope);
+    text += fmt::format("{}gyroscope_range: {} # rad/s, either way\n", indent, range.gyroscope);
   }
   return text;
 }

@@ -13,8 +13,8 @@ namespace chasles {
 /// file. Throws InputError unless they are positive.
 ImuRange read_imu_range(const YamlMap& map);
 
-/// The lines that read_imu_range() reads; empty if the range is infinite.
-std::string imu_range_text(const ImuRange& range);
+/// The lines that read_imu_range() reads, each after `indent`; empty if the range is infinite.
+std::string imu_range_text(const ImuRange& range, const std::string& indent = "");
 
 /// Estimates the range of each sensor from its samples. The range is the largest magnitude over the
 /// three axes, if three or more successive samples of an axis have it to the last bit; the result

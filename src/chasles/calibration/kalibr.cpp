@@ -14,8 +14,9 @@ namespace {
 
 constexpr double kLargestOffset = 4e9;  // [s]: from the clock since the start to that since 1970
 
-// The extrinsics of camera `index`, by the key that names the direction.
-SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
+// The extrinsics of a camera, by the key that names the direction. `alone`: without them, the first
+// camera takes the place of the IMU.
+SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before, bool alone) {
   if (map.has("T_cam_imu") && map.has("T_imu_cam")) {
     throw InputError(map.where("T_imu_cam") + ": is there beside T_cam_imu, expected one of them");
   }
@@ -24,6 +25,7 @@ SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
   if (map.has("T_cn_cnm1") && !before.empty()) {
     return map.motion("T_cn_cnm1") * before.back().cam_T_imu;
   }
+  if (alone && before.empty()) return {};
   throw InputError(
       fmt::format("{}: is missing, and so is T_imu_cam: expected where the camera is against the "
                   "IMU (a camchain.yaml without the IMU does not have it: take the "
@@ -31,10 +33,10 @@ SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
                   map.where("T_cam_imu")));
 }
 
-void read_camera(const YamlMap& map, KalibrCalibration& calibration) {
+void read_camera(const YamlMap& map, bool alone, KalibrCalibration& calibration) {
   Camera camera = read_kalibr_lens(
       map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
-  camera.cam_T_imu = cam_T_imu_of(map, calibration.cameras);
+  camera.cam_T_imu = cam_T_imu_of(map, calibration.cameras, alone);
   camera.shutter = read_shutter(map);
   calibration.cameras.push_back(camera);
   calibration.camera_topics.push_back(map.has("rostopic") ? map.text("rostopic") : "");
@@ -65,12 +67,23 @@ void read_imu_of(const YamlMap& map, KalibrCalibration& calibration) {
   calibration.imu_range = read_imu_range(map);
   calibration.imu_intrinsics = read_imu_intrinsics(map, calibration.remarks);
   if (map.has("rostopic")) calibration.imu_topic = map.text("rostopic");
+  if (map.has("update_rate")) calibration.imu_rate = map.number("update_rate");
   check_imu_frame(map);
 }
 
 void read_imu_file(const std::filesystem::path& file, KalibrCalibration& calibration) {
   const YamlMap imu = YamlMap::read(file, {});
   read_imu_of(imu.has("imu0") ? imu.map("imu0", {}) : imu, calibration);
+}
+
+void read_chain_file(const std::filesystem::path& file, std::size_t cameras, bool alone,
+                     KalibrCalibration& calibration) {
+  const YamlMap::Keys keys{
+      .known = {}, .needed = {"camera_model", "intrinsics", "distortion_model", "resolution"}};
+  const YamlMap chain = YamlMap::read(file, {.known = {}, .needed = {"cam0"}});
+  for (std::size_t c = 0; c < cameras && chain.has(fmt::format("cam{}", c)); ++c) {
+    read_camera(chain.map(fmt::format("cam{}", c), keys), alone, calibration);
+  }
 }
 
 }  // namespace
@@ -100,15 +113,15 @@ KalibrCalibration read_kalibr_imu(const std::filesystem::path& file) {
   return calibration;
 }
 
+KalibrCalibration read_kalibr_cameras(const std::filesystem::path& file) {
+  KalibrCalibration calibration{.file = file};
+  read_chain_file(file, kAllCameras, true, calibration);
+  return calibration;
+}
+
 KalibrCalibration read_kalibr(const KalibrFiles& files, std::size_t cameras) {
   KalibrCalibration calibration{.file = files.cameras, .remarks = files.remarks};
-  const YamlMap chain = YamlMap::read(files.cameras, {.known = {}, .needed = {"cam0"}});
-  for (std::size_t c = 0; c < cameras && chain.has(fmt::format("cam{}", c)); ++c) {
-    read_camera(chain.map(fmt::format("cam{}", c), {.known = {},
-                                                    .needed = {"camera_model", "intrinsics",
-                                                               "distortion_model", "resolution"}}),
-                calibration);
-  }
+  read_chain_file(files.cameras, cameras, false, calibration);
   remark_on_time_offsets(calibration.time_offsets, calibration.remarks);
   read_imu_file(files.imu, calibration);
   return calibration;

@@ -25,6 +25,7 @@ struct KalibrCalibration {
   ImuRange imu_range = {};  ///< Kalibr has no such keys: accelerometer_range, gyroscope_range
   std::optional<ImuIntrinsics> imu_intrinsics = {};
   std::string imu_topic = {};
+  double imu_rate = 0;                    ///< [Hz], as the file states it; 0: it does not
   std::filesystem::path file = {};        ///< of the cameras, if it is Kalibr's or OpenVINS's
   std::vector<std::string> remarks = {};  ///< on the choice of the files, and on what they state
 };
@@ -54,6 +55,11 @@ std::optional<KalibrFiles> find_kalibr(const std::filesystem::path& folder);
 /// A later camera may have T_cn_cnm1, the transform from the camera before it, instead. imu.yaml
 /// has the noise at its top level, or below the key imu0. Throws InputError.
 KalibrCalibration read_kalibr(const KalibrFiles& files, std::size_t cameras = kAllCameras);
+
+/// The cameras of such a file alone, without the IMU's. Where the first camera has neither
+/// T_cam_imu nor T_imu_cam, as kalibr_calibrate_cameras writes it, cam_T_imu is cam_T_cam0. Throws
+/// InputError.
+KalibrCalibration read_kalibr_cameras(const std::filesystem::path& file);
 
 /// The IMU's file alone, found by the same names.
 std::optional<std::filesystem::path> find_kalibr_imu(const std::filesystem::path& folder);

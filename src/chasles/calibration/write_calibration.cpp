@@ -41,18 +41,28 @@ std::string rig_text(const StereoRig& rig) {
          motion_text(rig.cam0_T_imu, "  ");
 }
 
-std::string cameras_text(const std::vector<Camera>& cameras) {
+std::string time_offset_text(Time offset) {
+  if (offset == Time::zero()) return {};
+  return fmt::format(
+      "    # Added to the stamps of the images, it gives the IMU's clock [s].\n"
+      "    timeshift_cam_imu: {}\n",
+      to_seconds(offset));
+}
+
+std::string cameras_text(const FolderCalibration& calibration) {
   std::string text =
       "# Single cameras. intrinsics: fx, fy, cx, cy [px]. distortion: radtan k1, k2, p1, p2, k3;\n"
       "# equidistant k1 to k4. cam_T_imu maps IMU coordinates to those of the camera [m].\n"
       "cameras:\n";
-  for (const Camera& c : cameras) {
+  for (std::size_t i = 0; i < calibration.cameras.size(); ++i) {
+    const Camera& c = calibration.cameras[i];
     text += fmt::format(
         "  - resolution: [{}, {}]\n    intrinsics: {}\n    distortion_model: {}\n"
         "    distortion_coeffs: {}\n    cam_T_imu:\n",
         c.width, c.height, listed(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy)), name_of(c.distortion),
         c.distortion == Distortion::kNone ? "[0, 0, 0, 0]" : listed(c.coefficients));
     text += motion_text(c.cam_T_imu, "      ");
+    if (!calibration.time_offsets.empty()) text += time_offset_text(calibration.time_offsets[i]);
     text += shutter_text(c.shutter, "    ");
   }
   return text;
@@ -102,12 +112,12 @@ std::string stated_noise_text(const FolderCalibration& calibration) {
 
 }  // namespace
 
-void write_calibration(const FolderCalibration& calibration, const std::filesystem::path& file) {
+std::string calibration_text(const FolderCalibration& calibration) {
   std::string text =
       fmt::format("# A recording (docs/formats.md).\nformat: chasles-recording-1\nname: {}\n",
                   quoted(calibration.name));
   if (calibration.rig) text += rig_text(*calibration.rig);
-  if (!calibration.cameras.empty()) text += cameras_text(calibration.cameras);
+  if (!calibration.cameras.empty()) text += cameras_text(calibration);
   if (calibration.imu_convention) text += imu_text(calibration);
   text += stated_noise_text(calibration);
   if (calibration.truth_level) {
@@ -118,7 +128,11 @@ void write_calibration(const FolderCalibration& calibration, const std::filesyst
   for (const std::string& remark : calibration.remarks) {
     text += fmt::format("  - {}\n", quoted(remark));
   }
-  write_file(file, text);
+  return text;
+}
+
+void write_calibration(const FolderCalibration& calibration, const std::filesystem::path& file) {
+  write_file(file, calibration_text(calibration));
 }
 
 }  // namespace chasles

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,6 +8,7 @@
 #include <chasles/calibration/calibration.hpp>
 #include <chasles/calibration/foreign_calibration.hpp>
 #include <chasles/calibration/kalibr.hpp>
+#include <chasles/codec/text_file.hpp>
 #include <chasles/recording/euroc_tables.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
 
@@ -27,6 +29,7 @@ SensorCalibration of_chain(KalibrCalibration kalibr) {
           .time_offsets = std::move(kalibr.time_offsets),
           .camera_topics = std::move(kalibr.camera_topics),
           .imu_topic = std::move(kalibr.imu_topic),
+          .imu_rate = kalibr.imu_rate,
           .imu_noise = kalibr.imu_noise,
           .imu_range = kalibr.imu_range,
           .imu_intrinsics = kalibr.imu_intrinsics,
@@ -34,13 +37,16 @@ SensorCalibration of_chain(KalibrCalibration kalibr) {
 }
 
 // The noise of a driver's samples needs their rate, which is not known before they come.
-SensorCalibration of_foreign(const fs::path& folder, KalibrCalibration rig) {
-  if (!rig.noise_of_samples) return of_chain(std::move(rig));
-  throw InputError(
-      fmt::format("{}: the noise of VINS (acc_n, gyr_n) is that of a sample, and the rate of the "
-                  "samples is not "
-                  "known here, {}",
-                  folder.string(), kExpectedCalibration));
+SensorCalibration of_foreign(const fs::path& path, KalibrCalibration rig, double imu_rate) {
+  if (rig.noise_of_samples && imu_rate > 0) {
+    rig.imu_noise = scaled(rig.imu_noise, 1 / std::sqrt(imu_rate));
+  } else if (rig.noise_of_samples) {
+    throw InputError(fmt::format(
+        "{}: the noise of VINS (acc_n, gyr_n) is that of a sample, and the rate of the samples is "
+        "not known here, {}; `chasles calibrate convert --imu-rate` makes such files of it",
+        path.string(), kExpectedCalibration));
+  }
+  return of_chain(std::move(rig));
 }
 
 SensorCalibration of_own_file(const fs::path& file) {
@@ -76,23 +82,30 @@ SensorCalibration of_euroc(const fs::path& sensors, std::size_t cameras) {
   const fs::path imu = sensors / "imu0" / "sensor.yaml";
   result.imu_noise = read_euroc_imu_noise(imu);
   result.imu_range = read_euroc_imu_range(imu);
+  const YamlMap map = YamlMap::read(imu, {});
+  if (map.has("rate_hz")) result.imu_rate = map.number("rate_hz");
   remark_on_time_offsets(result.time_offsets, result.remarks);
   return result;
 }
 
-SensorCalibration of_folder(const fs::path& folder, std::size_t cameras) {
+std::optional<SensorCalibration> of_folder(const fs::path& folder, std::size_t cameras,
+                                           double imu_rate) {
   for (const fs::path& sensors : {folder / "mav0", folder}) {
     if (fs::exists(sensors / "cam0" / "sensor.yaml")) return of_euroc(sensors, cameras);
   }
   if (fs::exists(folder / "calibration.yaml")) return of_own_file(folder / "calibration.yaml");
   if (const auto files = find_kalibr(folder)) return of_chain(read_kalibr(*files, cameras));
   if (const auto file = find_kalibr_imu(folder)) return of_chain(read_kalibr_imu(*file));
-  if (auto rig = find_calibration({folder}, cameras)) return of_foreign(folder, std::move(*rig));
-  throw InputError(
-      fmt::format("{}: holds no calibration, {}", folder.string(), kExpectedCalibration));
+  if (auto rig = find_calibration({folder}, cameras)) {
+    return of_foreign(folder, std::move(*rig), imu_rate);
+  }
+  return std::nullopt;
 }
 
-SensorCalibration of_file(const fs::path& file, std::size_t cameras) {
+SensorCalibration of_file(const fs::path& file, std::size_t cameras, double imu_rate) {
+  if (auto rig = read_foreign_calibration(file, cameras)) {
+    return of_foreign(file, std::move(*rig), imu_rate);
+  }
   const YamlMap map = YamlMap::read(file, {});
   if (map.has("format")) return of_own_file(file);
   if (map.has("imu0") || map.has("accelerometer_noise_density")) {
@@ -118,14 +131,29 @@ SensorCalibration read_sensor_calibration(const fs::path& path, std::size_t came
     throw InputError(
         fmt::format("{}: there is no such file, {}", path.string(), kExpectedCalibration));
   }
-  SensorCalibration result =
-      fs::is_directory(path, ignored) ? of_folder(path, cameras) : of_file(path, cameras);
+  auto found = fs::is_directory(path, ignored) ? of_folder(path, cameras, 0)
+                                               : std::optional(of_file(path, cameras, 0));
+  if (!found) {
+    throw InputError(
+        fmt::format("{}: holds no calibration, {}", path.string(), kExpectedCalibration));
+  }
+  SensorCalibration result = std::move(*found);
   if (result.cameras.size() > cameras) {
     result.cameras.resize(cameras);
     result.time_offsets.resize(cameras);
     result.camera_topics.resize(cameras);
   }
   return result;
+}
+
+std::optional<SensorCalibration> find_sensor_calibration(const fs::path& path, double imu_rate) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) return of_folder(path, kAllCameras, imu_rate);
+  const std::string ending = lower_case(path.extension().string());
+  const bool readable = ending == ".yaml" || ending == ".yml" ||
+                        (ending == ".json" && read_foreign_calibration(path));
+  if (!readable || !fs::is_regular_file(path, ignored)) return std::nullopt;
+  return of_file(path, kAllCameras, imu_rate);
 }
 
 ImuSample corrected_sample(const SensorCalibration& calibration, const ImuSample& measured) {

@@ -20,6 +20,7 @@ struct SensorCalibration {
   std::vector<Time> time_offsets = {};
   std::vector<std::string> camera_topics = {};  ///< of ROS; empty where the file names none
   std::string imu_topic = {};                   ///< likewise
+  double imu_rate = 0;                          ///< [Hz], as the file states it; 0: it does not
   ImuConvention imu_convention = ImuConvention::kInstant;
   ImuNoise imu_noise = {};
   ImuRange imu_range = {};
@@ -38,12 +39,17 @@ struct SensorCalibration {
 /// - Kalibr's imu.yaml alone, or a folder with it: no cameras;
 /// - calibration.yaml of the project's own format, or its folder;
 /// - a folder in EuRoC's format: mav0, or the one above;
-/// - a folder with another program's file (foreign_calibration.hpp), but VINS's.
+/// - another program's file (foreign_calibration.hpp) or a folder with it, but VINS's.
 ///
 /// Reads the first `cameras` cameras. Throws InputError with the file, what it lacks, and what is
 /// expected.
 SensorCalibration read_sensor_calibration(const std::filesystem::path& path,
                                           std::size_t cameras = kAllCameras);
+
+/// The same; none of a folder without such files, and of a file of another kind, by its name and
+/// content. `imu_rate` [Hz] makes densities of the noise of VINS; 0: that is an error.
+std::optional<SensorCalibration> find_sensor_calibration(const std::filesystem::path& path,
+                                                         double imu_rate = 0);
 
 /// A sample of such an IMU, corrected by its intrinsics, as correct_samples() does it.
 ImuSample corrected_sample(const SensorCalibration& calibration, const ImuSample& measured);

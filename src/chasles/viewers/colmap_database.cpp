@@ -6,8 +6,8 @@
 
 #include <sqlite3.h>
 
+#include <chasles/calibration/colmap_lens.hpp>
 #include <chasles/viewers/byte_sink.hpp>
-#include <chasles/viewers/colmap_lens.hpp>
 #include <chasles/viewers/colmap_rig.hpp>
 
 namespace chasles {

@@ -4,10 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/colmap_lens.hpp>
+#include <chasles/calibration/image_corner.hpp>
 #include <chasles/viewers/byte_sink.hpp>
-#include <chasles/viewers/colmap_lens.hpp>
 #include <chasles/viewers/colmap_rig.hpp>
-#include <chasles/viewers/image_corner.hpp>
 
 namespace chasles {
 namespace {
@@ -138,17 +138,6 @@ void print_to(std::string& text, fmt::format_string<Values...> format, Values&&.
   fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
 }
 
-std::string text_cameras(const ColmapModel& model) {
-  std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
-  for (std::size_t i = 0; i < model.cameras.size(); ++i) {
-    const Camera& camera = model.cameras[i];
-    const ColmapLens lens = colmap_lens(camera);
-    print_to(text, "{} {} {} {} {}\n", colmap_id(i), lens.name, camera.width, camera.height,
-             fmt::join(lens.parameters, " "));
-  }
-  return text;
-}
-
 std::string text_images(const ColmapModel& model) {
   std::string text =
       "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME\n# POINTS2D[] as X Y POINT3D_ID\n";
@@ -227,7 +216,7 @@ ColmapFiles colmap_binary(const ColmapModel& model) {
 }
 
 ColmapFiles colmap_text(const ColmapModel& model) {
-  return {{"cameras.txt", text_cameras(model)},
+  return {{"cameras.txt", colmap_camera_lines(model.cameras)},
           {"images.txt", text_images(model)},
           {"points3D.txt", text_points(model)},
           {"rigs.txt", text_rigs(model)},

@@ -8,9 +8,9 @@
 #include <sqlite3.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/colmap_lens.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/viewers/colmap.hpp>
-#include <chasles/viewers/colmap_lens.hpp>
 
 namespace chasles {
 namespace {

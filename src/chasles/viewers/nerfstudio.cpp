@@ -2,9 +2,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibration/image_corner.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/viewers/byte_sink.hpp>
-#include <chasles/viewers/image_corner.hpp>
 #include <chasles/viewers/nerfstudio.hpp>
 
 namespace chasles {

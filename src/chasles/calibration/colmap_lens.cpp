@@ -1,10 +1,11 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/viewers/colmap_lens.hpp>
-#include <chasles/viewers/image_corner.hpp>
+#include <chasles/calibration/colmap_lens.hpp>
+#include <chasles/calibration/image_corner.hpp>
 
 namespace chasles {
 namespace {
@@ -56,8 +57,20 @@ ColmapLens colmap_lens(const Camera& camera) {
   }
   throw InputError(fmt::format(
       "COLMAP has no lens model {}{}, expected none, radtan with at most 8 coefficients, "
-      "equidistant, fov, division, eucm or fisheye624: --undistort makes images without distortion",
+      "equidistant, fov, division, eucm or fisheye624: `chasles export --as colmap --undistort` "
+      "makes "
+      "images without distortion",
       name_of(camera.distortion), has_prism_terms(k) ? " with prism terms" : ""));
+}
+
+std::string colmap_camera_lines(const std::vector<Camera>& cameras) {
+  std::string text = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n";
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const ColmapLens lens = colmap_lens(cameras[i]);
+    text += fmt::format("{} {} {} {} {}\n", i + 1, lens.name, cameras[i].width, cameras[i].height,
+                        fmt::join(lens.parameters, " "));
+  }
+  return text;
 }
 
 }  // namespace chasles

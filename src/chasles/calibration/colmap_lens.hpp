@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,5 +18,8 @@ struct ColmapLens {
 /// The model that projects each point in front of the camera to the same place. Throws InputError
 /// for a lens that COLMAP does not have: ds, omni, and radtan with prism terms.
 ColmapLens colmap_lens(const Camera& camera);
+
+/// The text of cameras.txt, with the ids 1, 2, ... Throws as colmap_lens().
+std::string colmap_camera_lines(const std::vector<Camera>& cameras);
 
 }  // namespace chasles
