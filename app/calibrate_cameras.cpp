@@ -8,7 +8,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/target_pose.hpp>
-#include <chasles/calibration/calibration.hpp>
+#include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/readers.hpp>
@@ -45,11 +45,12 @@ double rms_with(const Camera& camera, const CamerasInput& input, std::size_t c) 
   return corners > 0 ? std::sqrt(squares / corners) : kNaN;
 }
 
-void write_result(const CamerasReport& report, const fs::path& folder) {
+void write_result(CamerasReport& report, const fs::path& folder) {
   fs::create_directories(folder);
-  FolderCalibration calibration{.name = "calibration"};
-  calibration.cameras = report.calibration.cameras;
-  write_calibration(calibration, folder / "calibration.yaml");
+  CalibrationToWrite calibration{.name = "calibration", .cameras = report.calibration.cameras};
+  calibration.remark = "Made by `chasles calibrate cameras`.";
+  const WrittenCalibration written = write_all(calibration, folder);
+  report.remarks.insert(report.remarks.end(), written.left_out.begin(), written.left_out.end());
   replace_file(folder / "cameras.json", json_text(cameras_json(report), 2) + "\n");
   std::string rows = "time_s,camera,corner,u_px,v_px,error_u_px,error_v_px\n";
   for (const ExplainedView& view : report.calibration.views) {
@@ -101,7 +102,10 @@ int calibrate_by_views(const CamerasOptions& o) {
 Action declare_calibrate_cameras(CLI::App& parser) {
   const auto o = std::make_shared<CamerasOptions>();
   declare_views(parser, o->views, true);
-  parser.add_option("-o,--out", o->out, "Folder for calibration.yaml, cameras.json, corners.csv")
+  parser
+      .add_option(
+          "-o,--out", o->out,
+          "Folder for calibration.yaml, the files of other programs, cameras.json and corners.csv")
       ->check(require_path)
       ->type_name("FOLDER");
   parser.add_flag("--json", o->json, "Print the content of cameras.json");

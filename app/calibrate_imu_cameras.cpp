@@ -7,10 +7,13 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
-#include <chasles/calibration/calibration.hpp>
+#include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
+#include <chasles/recording/calibration_to_write.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/motion_calibration.hpp>
+#include <chasles/session/recording_input.hpp>
 #include <chasles/target/target_file.hpp>
 
 #include "calibrate_commands.hpp"
@@ -50,20 +53,38 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
-void write_inertial(const InertialCalibration& found, const Recording& recording,
-                    const nlohmann::ordered_json& json, const fs::path& folder) {
-  fs::create_directories(folder);
-  FolderCalibration calibration{.name = recording.name};
-  calibration.cameras = found.cameras;
-  calibration.imu_noise = recording.imu_noise;
-  calibration.imu_range = recording.imu_range;
-  calibration.imu_convention = recording.imu_convention;
-  write_calibration(calibration, folder / "calibration.yaml");
-  replace_file(folder / "imu-cameras.json", json_text(json, 2) + "\n");
+// What is estimated are corrections of samples that the recording's own intrinsics corrected.
+ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& stated) {
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d force = I + correction.force, rate = I + correction.rate;
+  return {.force = force * stated.force,
+          .rate = rate * stated.rate,
+          .rate_of_force = rate * stated.rate_of_force + correction.rate_of_force * stated.force,
+          .force_bias = force * stated.force_bias,
+          .rate_bias = rate * stated.rate_bias - correction.rate_of_force * stated.force_bias};
 }
 
-int calibrate_imu_cameras(const ImuCamerasOptions& o) {
-  const Interrupt interrupt;
+// The files of all programs, on the base of what the recording states.
+void write_files(const ImuCamerasOptions& o, const std::vector<Camera>& cameras,
+                 const std::vector<double>& time_offsets, const ImuCorrection& imu,
+                 const nlohmann::ordered_json& json, std::vector<std::string>& remarks) {
+  CalibrationToWrite calibration =
+      find_calibration_to_write(o.views.recordings.front()).calibration;
+  calibration.cameras = cameras;
+  calibration.time_offsets.resize(cameras.size(), 0);
+  for (std::size_t c = 0; c < cameras.size(); ++c) calibration.time_offsets[c] += time_offsets[c];
+  if (!imu.parameters().isZero(0)) {
+    calibration.imu_intrinsics =
+        composed(imu, calibration.imu_intrinsics.value_or(ImuIntrinsics{}));
+  }
+  calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.",
+                                   o.views.recordings.front().string());
+  const WrittenCalibration written = write_all(calibration, o.out);
+  remarks.insert(remarks.end(), written.left_out.begin(), written.left_out.end());
+  replace_file(o.out / "imu-cameras.json", json_text(json, 2) + "\n");
+}
+
+int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
   std::vector<std::string> remarks;
   const Recording recording = read_recording(o.views.recordings.front());
   InertialCalibrationInput input = inertial_input(o, recording);
@@ -77,13 +98,55 @@ int calibrate_imu_cameras(const ImuCamerasOptions& o) {
   const InertialCalibration found = calibrate_inertial(input);
   const std::vector<std::string> missing = missing_motion(input, found);
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
-  if (!o.out.empty()) write_inertial(found, recording, json, o.out);
+  if (!o.out.empty()) {
+    write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);
+  }
   if (o.json) {
     app::print("{}\n", json_text(json, 2));
   } else if (!o.views.quiet) {
     app::print("{}", inertial_text(found, missing, remarks));
   }
   return interrupt.requested() ? Interrupt::kExitCode : 0;
+}
+
+std::string motion_text(const MotionCalibration& found) {
+  std::string text =
+      fmt::format("{:<28}{:>14}{:>14}{:>12}\n", "parameter", "stated", "estimate", "sigma");
+  for (const nlohmann::ordered_json& one : found.parameters) {
+    const std::string unit = one.value("unit", "");
+    text += fmt::format("{:<28}{:>14.6g}{:>14.6g}{:>12.3g} {}\n", one.at("name").get<std::string>(),
+                        one.at("stated").get<double>(), one.at("estimate").get<double>(),
+                        one.at("sigma").get<double>(), unit);
+  }
+  for (const std::string& remark : found.remarks) text += "- " + remark + "\n";
+  return text;
+}
+
+int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
+  SessionOptions options;
+  options.input.recording = o.views.recordings.front();
+  options.quiet = o.views.quiet;
+  Recording recording = read_input(options.input);
+  MotionCalibration found = calibrate_from_motion(options, recording, o.views.from_nothing,
+                                                  [&] { return interrupt.requested(); });
+  const nlohmann::ordered_json json = {{"parameters", found.parameters},
+                                       {"remarks", found.remarks}};
+  if (!o.out.empty()) {
+    write_files(o, found.cameras, std::vector<double>(found.cameras.size(), found.time_offset), {},
+                json, found.remarks);
+  }
+  if (o.json) {
+    app::print("{}\n", json_text(json, 2));
+  } else if (!o.views.quiet) {
+    app::print("{}", motion_text(found));
+  }
+  return interrupt.requested() ? Interrupt::kExitCode : 0;
+}
+
+int calibrate_imu_cameras(const ImuCamerasOptions& o) {
+  const Interrupt interrupt;
+  return o.views.target.empty() ? calibrate_without_target(o, interrupt)
+                                : calibrate_with_target(o, interrupt);
 }
 
 }  // namespace
@@ -97,7 +160,9 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
                   "Estimate the readout times of the cameras, also where none is stated");
   parser.add_flag("--exact-imu", o->exact_imu,
                   "Take scales and axes of the IMU as they are, and do not estimate them");
-  parser.add_option("-o,--out", o->out, "Folder for calibration.yaml and imu-cameras.json")
+  parser
+      .add_option("-o,--out", o->out,
+                  "Folder for calibration.yaml, the files of other programs, and imu-cameras.json")
       ->check(require_path)
       ->type_name("FOLDER");
   parser.add_flag("--json", o->json, "Print the content of imu-cameras.json");

@@ -21,13 +21,18 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
       parser
           .add_option("RECORDING", o.recordings,
                       several ? "Recordings of the target, by the same cameras"
-                              : "Recording of the target at rest, by a moving rig with an IMU")
+                              : "Recording of a moving rig with an IMU")
           ->required()
           ->type_name("");
   if (!several) recordings->expected(1);
-  parser.add_option("--target", o.target, "File of the target (docs/calibration.md)")
-      ->required()
-      ->type_name("FILE");
+  CLI::Option* target =
+      parser
+          .add_option("--target", o.target,
+                      several ? "File of the target (docs/calibration.md)"
+                              : "File of the target (docs/calibration.md); without it: from any "
+                                "motion, by batch estimation")
+          ->type_name("FILE");
+  if (several) target->required();
   parser
       .add_option("--lens", o.lens,
                   "Lens model, or several of which views that took no part choose the best, as "
@@ -40,7 +45,9 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
       ->check(CLI::Range(1, 256))
       ->type_name("N");
   parser.add_flag("--from-nothing", o.from_nothing,
-                  "Do not begin at the lens that the recording states");
+                  several ? "Do not begin at the lens that the recording states"
+                          : "Do not begin at the lens, or without a target at the mounting, that "
+                            "the recording states");
   parser.add_flag("--quiet", o.quiet, "Print nothing but errors");
 }
 
