@@ -173,6 +173,12 @@ def test_pycolmap_projects_to_half_a_pixel_more(lens, tmp_path):
         assert (camera.width, camera.height) == (WIDTH, HEIGHT)
         pixels = np.array([camera.img_from_cam(point) for point in POINTS])
         assert np.allclose(pixels - 0.5, converted.pixels(), atol=1e-9)
+    # The remark has the pose of the second camera, as COLMAP writes poses: from the first to it.
+    words = (converted.folder / "colmap/cameras.txt").read_text().split("cam2_from_cam1: ")[1].split("\n")[0].split()
+    w, x, y, z, *translation = (float(word) for word in words)
+    cam1_T_cam0 = CAM_T_IMU[1] @ np.linalg.inv(CAM0_T_IMU)
+    assert np.allclose(pycolmap.Rotation3d([x, y, z, w]).matrix(), cam1_T_cam0[:3, :3], atol=1e-12)
+    assert np.allclose(translation, cam1_T_cam0[:3, 3], atol=1e-12)
 
 
 @each_lens
