@@ -12,6 +12,7 @@
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/target/target_file.hpp>
 
@@ -45,12 +46,28 @@ double rms_with(const Camera& camera, const CamerasInput& input, std::size_t c) 
   return corners > 0 ? std::sqrt(squares / corners) : kNaN;
 }
 
+std::vector<CalibrationView> page_views(const CamerasCalibration& calibration) {
+  const double limit = suspicious_rms(calibration);
+  std::vector<CalibrationView> views;
+  for (const ExplainedView& view : calibration.views) {
+    views.push_back({.seconds = to_seconds(view.view.time),
+                     .camera = view.view.camera,
+                     .is_suspicious = view.rms > limit,
+                     .rms = view.rms,
+                     .pixels = view.view.pixels,
+                     .errors = view.errors});
+  }
+  return views;
+}
+
 void write_result(const CamerasReport& report, const fs::path& folder) {
   fs::create_directories(folder);
   FolderCalibration calibration{.name = "calibration"};
   calibration.cameras = report.calibration.cameras;
   write_calibration(calibration, folder / "calibration.yaml");
-  replace_file(folder / "cameras.json", json_text(cameras_json(report), 2) + "\n");
+  const nlohmann::ordered_json json = cameras_json(report);
+  replace_file(folder / "cameras.json", json_text(json, 2) + "\n");
+  replace_file(folder / "page.html", cameras_page(json, page_views(report.calibration)));
   std::string rows = "time_s,camera,corner,u_px,v_px,error_u_px,error_v_px\n";
   for (const ExplainedView& view : report.calibration.views) {
     for (std::size_t i = 0; i < view.errors.size(); ++i) {
@@ -101,7 +118,9 @@ int calibrate_by_views(const CamerasOptions& o) {
 Action declare_calibrate_cameras(CLI::App& parser) {
   const auto o = std::make_shared<CamerasOptions>();
   declare_views(parser, o->views, true);
-  parser.add_option("-o,--out", o->out, "Folder for calibration.yaml, cameras.json, corners.csv")
+  parser
+      .add_option("-o,--out", o->out,
+                  "Folder for calibration.yaml, cameras.json, corners.csv and page.html")
       ->check(require_path)
       ->type_name("FOLDER");
   parser.add_flag("--json", o->json, "Print the content of cameras.json");
