@@ -12,6 +12,7 @@
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/target/target_file.hpp>
 
@@ -45,13 +46,29 @@ double rms_with(const Camera& camera, const CamerasInput& input, std::size_t c) 
   return corners > 0 ? std::sqrt(squares / corners) : kNaN;
 }
 
+std::vector<CalibrationView> page_views(const CamerasCalibration& calibration) {
+  const double limit = suspicious_rms(calibration);
+  std::vector<CalibrationView> views;
+  for (const ExplainedView& view : calibration.views) {
+    views.push_back({.seconds = to_seconds(view.view.time),
+                     .camera = view.view.camera,
+                     .is_suspicious = view.rms > limit,
+                     .rms = view.rms,
+                     .pixels = view.view.pixels,
+                     .errors = view.errors});
+  }
+  return views;
+}
+
 void write_result(CamerasReport& report, const fs::path& folder) {
   fs::create_directories(folder);
   CalibrationToWrite calibration{.name = "calibration", .cameras = report.calibration.cameras};
   calibration.remark = "Made by `chasles calibrate cameras`.";
   const WrittenCalibration written = write_all(calibration, folder);
   report.remarks.insert(report.remarks.end(), written.left_out.begin(), written.left_out.end());
-  replace_file(folder / "cameras.json", json_text(cameras_json(report), 2) + "\n");
+  const nlohmann::ordered_json json = cameras_json(report);
+  replace_file(folder / "cameras.json", json_text(json, 2) + "\n");
+  replace_file(folder / "page.html", cameras_page(json, page_views(report.calibration)));
   std::string rows = "time_s,camera,corner,u_px,v_px,error_u_px,error_v_px\n";
   for (const ExplainedView& view : report.calibration.views) {
     for (std::size_t i = 0; i < view.errors.size(); ++i) {
@@ -103,11 +120,11 @@ Action declare_calibrate_cameras(CLI::App& parser) {
   const auto o = std::make_shared<CamerasOptions>();
   declare_views(parser, o->views, true);
   parser
-      .add_option(
-          "-o,--out", o->out,
-          "Folder for calibration.yaml, the files of other programs, cameras.json and corners.csv")
+      .add_option("-o,--output", o->out,
+                  "Folder for calibration.yaml, the files of other programs, cameras.json, "
+                  "corners.csv and page.html")
       ->check(require_path)
-      ->type_name("FOLDER");
+      ->type_name("DIR");
   parser.add_flag("--json", o->json, "Print the content of cameras.json");
   return [o] { return calibrate_by_views(*o); };
 }

@@ -161,10 +161,10 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
   parser.add_flag("--exact-imu", o->exact_imu,
                   "Take scales and axes of the IMU as they are, and do not estimate them");
   parser
-      .add_option("-o,--out", o->out,
+      .add_option("-o,--output", o->out,
                   "Folder for calibration.yaml, the files of other programs, and imu-cameras.json")
       ->check(require_path)
-      ->type_name("FOLDER");
+      ->type_name("DIR");
   parser.add_flag("--json", o->json, "Print the content of imu-cameras.json");
   return [o] { return calibrate_imu_cameras(*o); };
 }

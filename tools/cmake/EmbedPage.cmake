@@ -1,5 +1,6 @@
 # The report's pages as one string each in the program: src/web/page.html (runs), src/web/study.html (studies),
-# src/web/map.html (saved maps) and src/web/batch.html (batches of recordings), each built by Vite into one file
+# src/web/map.html (saved maps), src/web/batch.html (batches of recordings) and src/web/calibration.html
+# (calibrations), each built by Vite into one file
 # with its style sheets and scripts put in. Included by src/chasles/CMakeLists.txt it defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes
 # the source file of PAGE. Nothing is downloaded here: `make deps` has put the packages into
 # src/web/node_modules. A source tarball has the built pages in src/web/dist (tools/source-tarball), which
@@ -28,7 +29,7 @@ endfunction()
 function(chasles_embed_page target)
   set(web ${PROJECT_SOURCE_DIR}/src/web)
   if(EXISTS ${web}/dist/page.html AND NOT EXISTS ${web}/node_modules/vite)
-    foreach(page page study map batch)
+    foreach(page page study map batch calibration)
       chasles_embed_html(${target} ${page} ${web}/dist/${page}.html)
     endforeach()
     return()
@@ -49,7 +50,7 @@ function(chasles_embed_page target)
       DEPENDS ${sources} COMMENT "Checking the types of the report's pages" VERBATIM)
     add_custom_target(chasles_web_types ALL DEPENDS ${checked})
   endif()
-  foreach(page page study map batch)
+  foreach(page page study map batch calibration)
     set(html ${CMAKE_CURRENT_BINARY_DIR}/web/${page}.html)
     add_custom_command(OUTPUT ${html}
       COMMAND ${CMAKE_COMMAND} -E env PAGE=${page} OUT=${CMAKE_CURRENT_BINARY_DIR}/web

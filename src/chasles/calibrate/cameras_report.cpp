@@ -131,10 +131,14 @@ ProjectionSummary projection_summary(const CamerasCalibration& calibration, std:
   return summary;
 }
 
-void find_suspicious_views(CamerasReport& report) {
+double suspicious_rms(const CamerasCalibration& calibration) {
   std::vector<double> errors;
-  for (const ExplainedView& view : report.calibration.views) errors.push_back(view.rms);
-  const double limit = kSuspicious * median(errors);
+  for (const ExplainedView& view : calibration.views) errors.push_back(view.rms);
+  return kSuspicious * median(errors);
+}
+
+void find_suspicious_views(CamerasReport& report) {
+  const double limit = suspicious_rms(report.calibration);
   for (const ExplainedView& view : report.calibration.views) {
     if (view.rms <= limit) continue;
     report.suspicious.push_back(

@@ -29,7 +29,10 @@ struct ProjectionSummary {
 };
 ProjectionSummary projection_summary(const CamerasCalibration& calibration, std::size_t camera);
 
-/// Fills `suspicious`: views with an error of more than four times the median view's.
+/// A view with a larger root mean square error is suspicious: four times that of the median view
+/// [px].
+double suspicious_rms(const CamerasCalibration& calibration);
+/// Fills `suspicious`, one sentence a view.
 void find_suspicious_views(CamerasReport& report);
 /// Fills `missing`: parts of the image without corners, and tilts of the target that did not occur.
 void find_missing_views(CamerasReport& report);

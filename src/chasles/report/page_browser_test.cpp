@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -8,6 +9,8 @@
 
 #include <chasles/codec/text_file.hpp>
 #include <chasles/report/batch_page.hpp>
+#include <chasles/report/calibration_page.hpp>
+#include <chasles/report/calibration_page_testing.hpp>
 #include <chasles/report/testing.hpp>
 
 namespace chasles {
@@ -83,6 +86,57 @@ TEST(PageInABrowser, ABatchIsListedWorstFirst) {
        {{"worst_sigma_m", {{"pairs", 27}, {"ratio", 0.9}, {"low", 0.8}, {"high", 1.1}}},
         {"ate_posyaw_m", {{"pairs", 1}, {"ratio", 0.9}, {"low", nullptr}, {"high", nullptr}}}}}};
   expect_page_works(batch_page(summary, rows, difference), "batch", "batch_page.mjs");
+}
+
+TEST(PageInABrowser, ACalibrationOfCamerasIsDrawnAndAnswers) {
+  nlohmann::ordered_json calibration = test::two_cameras_json();
+  const std::string hostile = "<img src=x onerror='window.hostile=1'></script>";
+  calibration["remarks"] = {hostile};
+  calibration["cameras"][0]["lenses"][1]["fault"] = hostile;
+  expect_page_works(cameras_page(calibration, test::synthetic_views()), "calibration",
+                    "calibration_page.mjs", "cameras");
+}
+
+TEST(PageInABrowser, ACalibrationOfNoiseIsDrawnAndAnswers) {
+  const auto term = [](double value) {
+    return nlohmann::ordered_json{{"value", value}, {"sigma", value / 50}, {"limit", value}};
+  };
+  const nlohmann::ordered_json limit{{"value", nullptr}, {"sigma", nullptr}, {"limit", 1e-5}};
+  nlohmann::ordered_json noise{{"recording", "desk <b>"},
+                               {"samples", 240000},
+                               {"rate_hz", 200},
+                               {"seconds", 1200},
+                               {"standstill", {{"seconds", 1150}}},
+                               {"remarks", {"<img src=x onerror='window.hostile=1'>"}}};
+  std::vector<AllanCurve> curves;
+  for (const char* sensor : {"accelerometer", "gyroscope"}) {
+    noise[sensor] = {{"unit", "rad/s"},
+                     {"noise_density", {{"value", 1.7e-4}, {"is_limit", false}}},
+                     {"random_walk", {{"value", 2e-5}, {"is_limit", true}}},
+                     {"axes", nlohmann::ordered_json::array()}};
+    for (const char* axis : {"x", "y", "z"}) {
+      noise[sensor]["axes"].push_back({{"axis", axis},
+                                       {"noise_density", term(1.7e-4)},
+                                       {"bias_instability", limit},
+                                       {"random_walk", term(2e-5)}});
+      AllanCurve curve{.sensor = sensor,
+                       .axis = axis,
+                       .seconds = {},
+                       .deviation = {},
+                       .lowest = {},
+                       .highest = {},
+                       .of_fit = {}};
+      for (double tau = 0.005; tau < 500; tau *= 1.5) {
+        curve.seconds.push_back(tau);
+        curve.of_fit.push_back(std::hypot(1.7e-4 / std::sqrt(tau), 2e-5 * std::sqrt(tau / 3)));
+        curve.deviation.push_back(1.05 * curve.of_fit.back());
+        curve.lowest.push_back(0.9 * curve.of_fit.back());
+        curve.highest.push_back(1.2 * curve.of_fit.back());
+      }
+      curves.push_back(std::move(curve));
+    }
+  }
+  expect_page_works(noise_page(noise, curves), "noise", "calibration_page.mjs", "noise");
 }
 
 // A drive that ends at a standstill, where nothing is used.

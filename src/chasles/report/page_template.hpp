@@ -17,4 +17,7 @@ extern const std::string_view map_template;
 /// src/web/batch.html in the same form, for batches of recordings.
 extern const std::string_view batch_template;
 
+/// src/web/calibration.html in the same form, for calibrations.
+extern const std::string_view calibration_template;
+
 }  // namespace chasles
