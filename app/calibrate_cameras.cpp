@@ -7,6 +7,7 @@
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
+#include <chasles/calibrate/target_images.hpp>
 #include <chasles/calibrate/target_pose.hpp>
 #include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
@@ -86,7 +87,9 @@ int calibrate_by_views(const CamerasOptions& o) {
   CamerasInput& input = report.input;
   input = input_for(read_target(o.views.target));
   for (const fs::path& path : o.views.recordings) {
-    gather_views(o.views, read_recording(path), interrupt, input, report.remarks);
+    const Recording recording =
+        is_target_images(path) ? read_target_images(path) : read_recording(path);
+    gather_views(o.views, recording, interrupt, input, report.remarks);
   }
   const std::vector<LensForm> candidates = candidate_lenses(o.views);
   for (std::size_t c = 0; c < input.cameras.size(); ++c) {

@@ -28,24 +28,16 @@ struct BoardScene {
   double seconds = 2;        ///< between two instants
 };
 
-/// A board that is held before a camera of the rig in turn, in all parts of its image.
-inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
+/// cam0_T_target of a board that is held before a camera of the rig in turn, in all parts of its image.
+inline std::vector<SE3> board_poses(const BoardScene& scene, std::uint64_t seed) {
   const Random random = random_of_run(20261130, seed);
-  const Target target = april_board();
-  CamerasInput input{.corners = target.corners(),
-                     .views = {},
-                     .cameras = {},
-                     .lenses = {},
-                     .shape = printed_shape(target)};
-  for (const Camera& camera : scene.cameras) {
-    input.cameras.push_back({.width = camera.width, .height = camera.height, .cam_T_imu = {}});
-    input.lenses.push_back(form_of(camera));
-  }
-  const Eigen::Vector3d centre = (input.corners.front() + input.corners.back()) / 2;
-  std::uint64_t drawn = 0, noise = 0;
+  const std::vector<Eigen::Vector3d> corners = april_board().corners();
+  const Eigen::Vector3d centre = (corners.front() + corners.back()) / 2;
+  std::uint64_t drawn = 0;
   const auto uniform = [&](double from, double to) {
     return from + (to - from) * random.uniform(Stream::kStart, drawn++);
   };
+  std::vector<SE3> poses;
   for (std::size_t k = 0; k < scene.instants; ++k) {
     const Camera& before = scene.cameras[k % scene.cameras.size()];
     std::optional<PixelBearing> sight;
@@ -62,23 +54,42 @@ inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
                               Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
                      so3::exp(Eigen::Vector3d(0, 0, uniform(-0.4, 0.4)));
     cam_T_target.p = uniform(0.6, 1.4) * sight->bearing - cam_T_target.R * centre;
-    const SE3 cam0_T_target = before.cam_T_imu.inverse() * cam_T_target;
+    poses.push_back(before.cam_T_imu.inverse() * cam_T_target);
+  }
+  return poses;
+}
+
+/// What the cameras see of it, with noise.
+inline CamerasInput board_views(const BoardScene& scene, std::uint64_t seed) {
+  const Random random = random_of_run(20261130, seed);
+  const Target target = april_board();
+  CamerasInput input{.corners = target.corners(),
+                     .views = {},
+                     .cameras = {},
+                     .lenses = {},
+                     .shape = printed_shape(target)};
+  for (const Camera& camera : scene.cameras) {
+    input.cameras.push_back({.width = camera.width, .height = camera.height, .cam_T_imu = {}});
+    input.lenses.push_back(form_of(camera));
+  }
+  std::uint64_t noise = 0;
+  const std::vector<SE3> poses = board_poses(scene, seed);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const double seconds = scene.seconds * static_cast<double>(k);
     for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
       const Camera& camera = scene.cameras[c];
-      TargetView view{
-          .time = Time(static_cast<std::int64_t>(1e9 * scene.seconds * static_cast<double>(k))),
-          .camera = static_cast<int>(c),
-          .ids = {},
-          .pixels = {}};
+      TargetView view{.time = Time(static_cast<std::int64_t>(1e9 * seconds)),
+                      .camera = static_cast<int>(c),
+                      .ids = {},
+                      .pixels = {}};
       for (std::size_t i = 0; i < input.corners.size(); ++i) {
-        const auto image = project(camera, camera.cam_T_imu * (cam0_T_target * input.corners[i]));
+        const auto image = project(camera, camera.cam_T_imu * (poses[k] * input.corners[i]));
         noise += 2;
         if (!image || !in_image(camera, image->pixel, 2)) continue;
+        const Eigen::Vector2d error(random.normal(Stream::kPixelNoise, noise),
+                                    random.normal(Stream::kPixelNoise, noise + 1));
         view.ids.push_back(static_cast<int>(i));
-        view.pixels.push_back(image->pixel +
-                              scene.pixel_sigma *
-                                  Eigen::Vector2d(random.normal(Stream::kPixelNoise, noise),
-                                                  random.normal(Stream::kPixelNoise, noise + 1)));
+        view.pixels.push_back(image->pixel + scene.pixel_sigma * error);
       }
       if (view.ids.size() >= 20) input.views.push_back(std::move(view));
     }

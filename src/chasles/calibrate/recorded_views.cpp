@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <mutex>
 #include <thread>
 
 #include <fmt/format.h>
@@ -23,12 +24,17 @@ struct FrameViews {
   std::vector<std::string> lacks, damaged;
 };
 
-FrameViews detected(const ImageSource& images, std::size_t index, const TargetDetector& detector) {
+// Sources are read by one thread at a time.
+FrameViews detected(const ImageSource& images, std::mutex& reading, std::size_t index,
+                    const TargetDetector& detector) {
   FrameViews result;
-  std::vector<std::string> damaged;
-  const ImageFrame frame = images.read_undamaged(
-      index, kAllCameras, [&](const InputError& error) { damaged.push_back(error.what()); });
-  result.damaged = std::move(damaged);
+  ImageFrame frame;
+  {
+    const std::lock_guard lock(reading);
+    frame = images.read_undamaged(index, kAllCameras, [&](const InputError& error) {
+      result.damaged.push_back(error.what());
+    });
+  }
   for (std::size_t c = 0; c < frame.images.size(); ++c) {
     if (frame.images[c].empty()) continue;
     TargetDetection found = detector.detect(frame.images[c]);
@@ -49,6 +55,7 @@ std::vector<FrameViews> detected_all(const Recording& recording, const Target& t
   std::vector<FrameViews> frames(searched_frames(recording, options));
   std::atomic<std::size_t> next = 0, done = 0;
   std::atomic<bool> stop = false;
+  std::mutex reading;
   std::exception_ptr fault;
   std::atomic<bool> has_fault = false;
   const auto work = [&] {
@@ -57,7 +64,7 @@ std::vector<FrameViews> detected_all(const Recording& recording, const Target& t
       if (i >= frames.size()) return;
       try {
         frames[i] =
-            detected(*recording.images, i * static_cast<std::size_t>(options.every), detector);
+            detected(*recording.images, reading, i * static_cast<std::size_t>(options.every), detector);
       } catch (...) {
         if (!has_fault.exchange(true)) fault = std::current_exception();
         stop = true;
