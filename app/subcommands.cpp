@@ -8,7 +8,7 @@ std::span<const Subcommand> subcommands() {
       {"batch", "Run many recordings: a verdict on each, and a page", declare_batch},
       {"check", "Check a recording before a run: clocks, gaps, exposure, calibration",
        declare_check},
-      {"calibrate", "Calibrate the sensors of a recording: noise; convert calibrations",
+      {"calibrate", "Calibrate cameras and IMU: targets, lenses, mounting, clocks, noise, conversion",
        declare_calibrate},
       {"simulate", "Write a simulated recording", declare_simulate},
       {"compare", "Run several filters on the same data: tables of errors and NEES",

@@ -1,56 +1,126 @@
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
-#include "cli_test.hpp"
+#include "cli_process.hpp"
 
-// `chasles calibrate` end to end. What it measures is tested in src/chasles/calibrate.
+// `chasles calibrate cameras` and `imu-cameras`.
 namespace chasles::test {
 namespace {
 
 using Json = nlohmann::json;
 
-void simulate_standstill(const Scratch& folder) {
-  const Outcome made = chasles(folder,
-                               "simulate walk -o rec --quiet --set rest_duration=40 "
-                               "--set walk_duration=60 --set frame_rate=1 --set imu_rate=100");
-  ASSERT_EQ(made.code, 0) << made.err;
+constexpr const char* kTarget =
+    "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n";
+
+namespace fs = std::filesystem;
+
+// A recording of EuRoC; none where there are no recordings.
+std::optional<fs::path> recorded(const std::string& name) {
+  const char* given = std::getenv("CHASLES_DATA");
+  const fs::path data = given ? given : fs::path(CHASLES_SOURCE_DIR) / ".." / "shared" / "data";
+  const fs::path recording = fs::absolute(data) / "euroc" / name;
+  return fs::exists(recording) ? std::optional(recording) : std::nullopt;
 }
 
-TEST(CalibrateNoise, WritesAndPrintsWhatItMeasures) {
-  const Scratch folder;
-  simulate_standstill(folder);
-  const Outcome table = chasles(folder, "calibrate noise rec -o noise");
-  ASSERT_EQ(table.code, 0) << table.err;
-  for (const char* part :
-       {"standstill: 40.0 s in 1 part", "gyroscope", "noise density [rad/s/sqrt(Hz)]",
-        "a filter takes", "The recording states 0.00"}) {
-    expect_part(table.out, part);
+std::string quoted(const fs::path& path) { return " '" + path.string() + "' "; }
+
+double value(const Json& result, const std::string& name, const char* key = "value") {
+  for (const Json& one : result.at("parameters")) {
+    if (one.at("name") == name) return one.at(key);
   }
-  expect_part(slurp(folder / "noise/imu.yaml"), "\ngyroscope_noise_density: 0.0001");
-  expect_part(slurp(folder / "noise/allan.csv"), "axis,tau_s,deviation,low,high,fit");
-  const Outcome printed = chasles(folder, "calibrate noise rec --json");
-  ASSERT_EQ(printed.code, 0) << printed.err;
-  EXPECT_EQ(printed.out, slurp(folder / "noise/noise.json"));
-  const Json json = Json::parse(printed.out);
-  for (const std::string sensor : {"accelerometer", "gyroscope"}) {
-    const double stated = json["stated"][sensor + "_noise_density"];
-    EXPECT_NEAR(json[sensor]["noise_density"]["value"].get<double>() / stated, 1, 0.06) << sensor;
-  }
-  EXPECT_TRUE(json["gyroscope"]["random_walk"]["is_limit"].get<bool>());
-  EXPECT_NEAR(json["motion"]["seconds"].get<double>(), 20, 2);
+  ADD_FAILURE() << "no " << name;
+  return 0;
 }
 
-TEST(CalibrateNoise, ErrorsNameTheRecording) {
+TEST(CalibrateCameras, RealCornersGiveLensesAndABaselineWithSigmas) {
+  const auto april = recorded("imu_april");
+  if (!april) GTEST_SKIP() << "no recordings";
   const Scratch folder;
-  simulate_standstill(folder);
-  expect_error(chasles(folder, "calibrate noise rec --stop 4"), 2,
-               "walk: found 4.0 s of samples, 4.0 s of standstills");
-  expect_error(chasles(folder, "calibrate noise rec --start 90"), 1, "--start 90 s");
-  expect_error(chasles(folder, "calibrate noise rec -o ''"), 1, "expected a path");
-  expect_error(chasles(folder, "calibrate noise missing"), 2, "missing: no such file");
-  spill(folder / "file", "");
-  expect_error(chasles(folder, "calibrate noise rec -o file"), 1, "the folder cannot be made");
-  ASSERT_EQ(chasles(folder, "simulate street -o drive --quiet --set route=R").code, 0);
-  expect_error(chasles(folder, "calibrate noise drive"), 2, "found no IMU samples");
+  spill(folder / "board.yaml", kTarget);
+  const Outcome outcome =
+      chasles(folder, "calibrate cameras" + quoted(*april) +
+                          "--target board.yaml --lens equidistant --every 10 --json -o out");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json result = Json::parse(outcome.out);
+  const Json& camera = result.at("cameras")[0];
+  EXPECT_LT(camera.at("rms_px").get<double>(), 0.6);
+  EXPECT_LT(camera.at("rms_px"), camera.at("rms_before_px"));
+  // The board's bend and the factory's baseline, 110.07 mm.
+  const double x = value(result, "cam1.position_x"), sigma = value(result, "cam1.position_x", "sigma");
+  EXPECT_NEAR(x, -0.11007, std::max(0.0005, 4 * sigma));
+  EXPECT_LT(sigma, 0.001);
+  EXPECT_LT(std::abs(value(result, "cam0.fx", "halves_difference")),
+            4 * value(result, "cam0.fx", "halves_sigma"));
+  EXPECT_TRUE(fs::exists(folder / "out/page.html"));
+  for (const char* file : {"calibration.yaml", "kalibr/camchain.yaml", "ros/cam0.yaml",
+                           "opencv/cam1.yaml", "basalt/calibration.json", "colmap/cameras.txt"}) {
+    EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
+  }
+  // The same bytes again.
+  EXPECT_EQ(chasles(folder, "calibrate cameras" + quoted(*april) +
+                                "--target board.yaml --lens equidistant --every 10 --json")
+                .out,
+            outcome.out);
+}
+
+TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
+  const auto april = recorded("imu_april");
+  if (!april) GTEST_SKIP() << "no recordings";
+  const Scratch folder;
+  spill(folder / "board.yaml", kTarget);
+  const Outcome outcome =
+      chasles(folder, "calibrate imu-cameras" + quoted(*april) +
+                          "--target board.yaml --lens equidistant --every 4 --json -o out");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json result = Json::parse(outcome.out);
+  // The cameras are triggered by the IMU.
+  EXPECT_LT(std::abs(value(result, "cam0.time_offset")),
+            4 * value(result, "cam0.time_offset", "sigma"));
+  EXPECT_LT(value(result, "cam0.time_offset", "sigma"), 1e-4);
+  const Json& T = result.at("cameras")[0].at("cam_T_imu");
+  EXPECT_NEAR(T[0][1].get<double>(), 1, 0.01) << "turned by a quarter";
+  EXPECT_TRUE(fs::exists(folder / "out/kalibr/camchain-imucam.yaml"));
+  EXPECT_EQ(chasles(folder, "calibrate convert out -o again --quiet").code, 0)
+      << "the result is a calibration that is read";
+}
+
+TEST(CalibrateCameras, SaysWhatIsWrong) {
+  const Scratch folder;
+  spill(folder / "board.yaml", kTarget);
+  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=4 -o rec --quiet").code, 0);
+  const Outcome tracks = chasles(folder, "calibrate cameras rec --target board.yaml");
+  EXPECT_EQ(tracks.code, 2);
+  expect_part(tracks.err, "expected ids of corners from 0 to 143");
+  const Outcome lens = chasles(folder, "calibrate cameras rec --target board.yaml --lens bad");
+  expect_part(lens.err, "--lens: found 'bad'");
+  const Outcome target = chasles(folder, "calibrate cameras rec --target none.yaml");
+  EXPECT_NE(target.code, 0);
+  expect_part(target.err, "none.yaml");
+  EXPECT_NE(chasles(folder, "calibrate cameras rec").code, 0) << "no target";
+}
+
+// The mounting that the images show, from a wrong one.
+TEST(CalibrateImuCameras, WithoutATargetAMotionShowsTheMounting) {
+  const auto flight = recorded("MH_01_easy_17s");
+  if (!flight) GTEST_SKIP() << "no recordings";
+  const Scratch folder;
+  const Outcome outcome =
+      chasles(folder, "calibrate imu-cameras" + quoted(*flight) +
+                          "--from-nothing --json --quiet -o out");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json result = Json::parse(outcome.out);
+  for (const auto& [name, published] :
+       {std::pair("imu_T_cam0_x", -0.0216), {"imu_T_cam0_y", -0.0647}, {"imu_T_cam0_z", 0.0098}}) {
+    EXPECT_NEAR(value(result, name, "estimate"), published, 4 * value(result, name, "sigma"));
+    EXPECT_LT(value(result, name, "sigma"), 0.02);
+  }
+  EXPECT_TRUE(fs::exists(folder / "out/calibration.yaml"));
 }
 
 }  // namespace

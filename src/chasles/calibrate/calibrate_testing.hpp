@@ -24,7 +24,7 @@ struct BoardScene {
   std::vector<Camera> cameras;  ///< cam_T_imu: cam_T_cam0
   std::size_t instants = 60;
   double pixel_sigma = 0.2;  ///< [px]
-  double most_tilt = 0.9;    ///< of the board against the line of sight [rad]
+  double most_tilt = 0.9;    ///< of the board against the line of ray [rad]
   double seconds = 2;        ///< between two instants
 };
 
@@ -40,12 +40,12 @@ inline std::vector<SE3> board_poses(const BoardScene& scene, std::uint64_t seed)
   std::vector<SE3> poses;
   for (std::size_t k = 0; k < scene.instants; ++k) {
     const Camera& before = scene.cameras[k % scene.cameras.size()];
-    std::optional<PixelBearing> sight;
-    while (!sight) {
-      sight = bearing(before, {uniform(0, before.width - 1.0), uniform(0, before.height - 1.0)});
+    std::optional<PixelBearing> ray;
+    while (!ray) {
+      ray = bearing(before, {uniform(0, before.width - 1.0), uniform(0, before.height - 1.0)});
     }
-    // The board faces the camera, then turns about a line across the sight, and about its normal.
-    const Eigen::Matrix3d facing = so3::between(Eigen::Vector3d::UnitZ(), sight->bearing) *
+    // The board faces the camera, then turns about a line across the ray, and about its normal.
+    const Eigen::Matrix3d facing = so3::between(Eigen::Vector3d::UnitZ(), ray->bearing) *
                                    so3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0));
     const double about = uniform(0, 2 * std::numbers::pi);
     SE3 cam_T_target;
@@ -53,7 +53,7 @@ inline std::vector<SE3> board_poses(const BoardScene& scene, std::uint64_t seed)
                      so3::exp(uniform(0, scene.most_tilt) *
                               Eigen::Vector3d(std::cos(about), std::sin(about), 0)) *
                      so3::exp(Eigen::Vector3d(0, 0, uniform(-0.4, 0.4)));
-    cam_T_target.p = uniform(0.6, 1.4) * sight->bearing - cam_T_target.R * centre;
+    cam_T_target.p = uniform(0.6, 1.4) * ray->bearing - cam_T_target.R * centre;
     poses.push_back(before.cam_T_imu.inverse() * cam_T_target);
   }
   return poses;

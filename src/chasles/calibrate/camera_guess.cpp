@@ -15,7 +15,7 @@ constexpr double kLossWidth = 3;     // [px]
 constexpr double kUnexplained = 50;  // error of a view without a pose [px]
 
 // Those with most corners, spread over the recording: the best of each part.
-std::vector<const TargetView*> telling_views(const std::vector<const TargetView*>& views) {
+std::vector<const TargetView*> spread_views(const std::vector<const TargetView*>& views) {
   std::vector<const TargetView*> chosen;
   const std::size_t parts = std::min(kViews, views.size());
   for (std::size_t part = 0; part < parts; ++part) {
@@ -42,7 +42,7 @@ double mean_error(const Camera& camera, std::span<const Eigen::Vector3d> corners
 
 std::optional<Camera> guessed_camera(const Camera& size, std::span<const Eigen::Vector3d> corners,
                                      const std::vector<const TargetView*>& views) {
-  const std::vector<const TargetView*> chosen = telling_views(views);
+  const std::vector<const TargetView*> chosen = spread_views(views);
   if (chosen.empty()) return std::nullopt;
   std::optional<Camera> best;
   double least = kUnexplained;

@@ -510,7 +510,7 @@ void check_input(const CamerasInput& input) {
   }
 }
 
-AloneCamera begun(const CamerasInput& input, std::size_t c,
+AloneCamera first_calibration(const CamerasInput& input, std::size_t c,
                   const std::vector<const TargetView*>& views) {
   const std::string of = said(static_cast<int>(c));
   if (views.size() < kLeastViews) {
@@ -594,7 +594,7 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   std::vector<AloneCamera> cameras;
   std::vector<const TargetView*> usable;
   for (std::size_t c = 0; c < input.cameras.size(); ++c) {
-    cameras.push_back(begun(input, c, of_camera(views, static_cast<int>(c))));
+    cameras.push_back(first_calibration(input, c, of_camera(views, static_cast<int>(c))));
     for (const PosedView& one : cameras.back().views) usable.push_back(one.view);
   }
   place_cameras(cameras);

@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kSuspicious = 4;       // times the median view's error
 constexpr int kColumns = 6, kRows = 4;  // cells of an image
-constexpr double kWantedTilt = 0.35;    // of the target against the line of sight [rad]
+constexpr double kWantedTilt = 0.35;    // of the target against the line to the camera [rad]
 
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -161,10 +161,10 @@ void find_missing_views(CamerasReport& report) {
         covered[static_cast<std::size_t>(std::clamp(j, 0, kRows - 1))]
                [static_cast<std::size_t>(std::clamp(i, 0, kColumns - 1))] = true;
       }
-      // How the normal of the target leans against the line of sight.
+      // How the normal of the target leans against the line to the camera.
       const Eigen::Vector3d normal = view->cam_T_target.R.col(2);
-      const Eigen::Vector3d sight = -view->cam_T_target.p.normalized();
-      const Eigen::Vector3d lean = so3::log(so3::between(sight, normal));
+      const Eigen::Vector3d to_camera = -view->cam_T_target.p.normalized();
+      const Eigen::Vector3d lean = so3::log(so3::between(to_camera, normal));
       for (int axis = 0; axis < 2; ++axis) {
         double* both = &tilts[2 * static_cast<std::size_t>(axis)];
         both[0] = std::max(both[0], lean[axis]);

@@ -481,7 +481,7 @@ RotationAlignment alignment_of(const InertialCalibrationInput& input,
   if (alignment->unexplained > kMostUnexplained) {
     throw InputError(fmt::format(
         "the gyroscope does not turn as the cameras do: {:.0f} % of their rates are unexplained, "
-        "expected less than {:.0f} %: was the target at rest, is the motion brisk, and are units "
+        "expected less than {:.0f} %: was the target static, is the motion brisk, and are units "
         "and clocks of the IMU right (`chasles check`)?",
         100 * alignment->unexplained, 100 * kMostUnexplained));
   }

@@ -12,7 +12,7 @@
 
 namespace chasles {
 
-/// Views of a target at rest by a moving rig with an IMU.
+/// Views of a static target by a moving rig with an IMU.
 struct InertialCalibrationInput {
   CamerasInput cameras;  ///< a stated cam_T_imu is not used: the search begins from nothing
   std::vector<ImuSample> imu;

@@ -12,7 +12,7 @@ namespace chasles {
 struct PixelUncertainty {
   Eigen::Vector2d pixel;  ///< at this place of the image
   double sigma_px = 0;    ///< standard deviation along the worse axis [px]
-  double sigma_rad = 0;   ///< the same as an angle: times a distance, an error across the sight
+  double sigma_rad = 0;   ///< the same as an angle: times a distance, an error across the ray
 };
 
 /// Over a grid of the image, as far as the lens model reaches. A turn of the camera has the effect
