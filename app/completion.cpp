@@ -13,11 +13,11 @@ namespace chasles::app {
 namespace {
 
 // Types of values: those of paths, and those for which a shell has nothing to offer.
-constexpr std::string_view kPaths[] = {"DIR",  "ESTIMATE",  "FILE", "FILE.html", "MAP",
+constexpr std::string_view kPaths[] = {"DIR",  "ESTIMATE",  "FILE", "FILE.html", "FOLDER",   "MAP",
                                        "MAPS", "RECORDING", "RUN",  "TRUTH",     "RUN|STUDY"};
-constexpr std::string_view kTypes[] = {"ADDRESS", "DEG",     "I/N",    "K",    "M",   "N",
-                                       "PART",    "PERCENT", "PORT",   "S",    "W",   "X",
-                                       "SHARE",   "MB",      "REASON", "AXES", "DICT"};
+constexpr std::string_view kTypes[] = {"ADDRESS", "DEG",  "I/N",  "K",      "M",    "N",     "PART",
+                                       "PERCENT", "PORT", "S",    "W",      "X",    "SHARE", "MB",
+                                       "REASON",  "AXES", "DICT", "MODELS", "m/s^2"};
 
 bool is_in(std::string_view word, const auto& words) {
   return std::ranges::find(words, word) != std::ranges::end(words);

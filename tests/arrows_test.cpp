@@ -99,6 +99,7 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"video", {"recording"}},
                           {"recording", {"run_folder"}},
                           {"calibrate", {"sim"}},
+                          {"target", {"numeric"}},
                           {"session", {"sim"}},
                           {"robot", {"sim"}}}));
 }

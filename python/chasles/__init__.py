@@ -36,16 +36,17 @@ from ._calls import compare, monte_carlo, run, simulate
 from ._executors import RayExecutor
 from ._check import Check, Finding, check
 from ._functions import command, evaluate, join_imu, main, read, read_run, settings
+from ._noise import NoiseCalibration, calibrate_noise
 from ._run import Run
 from ._settings import FilterArguments, RunArguments, RunSettings, SceneSettings, StreetSettings
 from .lab import ChartState, Comparison, FirstSight, Study, register_chart, register_depth_rule
 
 __all__ = [
     "Batch", "Camera", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate", "FilterArguments", "Finding",
-    "FirstSight", "ImuNoise", "InputError", "NotInitialisedError", "PredictedState", "RayExecutor", "RealtimeSlam", "Recording", "Run",
-    "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study", "UsageError", "__version__",
-    "batch", "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart",
-    "register_depth_rule", "run", "settings", "simulate",
+    "FirstSight", "ImuNoise", "InputError", "NoiseCalibration", "NotInitialisedError", "PredictedState", "RayExecutor",
+    "RealtimeSlam", "Recording", "Run", "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study",
+    "UsageError", "__version__", "batch", "calibrate_noise", "check", "command", "compare", "evaluate", "join_imu", "main",
+    "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
 ]
 
 setattr(Recording, "from_arrays", staticmethod(_from_arrays))

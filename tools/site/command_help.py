@@ -16,9 +16,8 @@ explains it.
 """
 
 
-def help_of(program, *subcommand):
-    command = [program, *filter(None, subcommand), "--help"]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+def help_of(program, words):
+    return subprocess.run([program, *words, "--help"], check=True, capture_output=True, text=True).stdout
 
 
 def sections(text):
@@ -79,16 +78,24 @@ def text_lines(lines):
     yield from (f"    {line}\n" for line in usage)
 
 
+def commands(program, words=()):
+    """(words, sections of the help) of the command and of all its subcommands."""
+    found = sections(help_of(program, words))
+    yield words, found
+    for heading, lines in found:
+        for line in lines if heading == "Subcommands" else ():
+            if not line.startswith("   "):  # the text of the one above goes on
+                yield from commands(program, (*words, line.split()[0]))
+
+
 def page(program):
     """The lines of the page. A section or text that another subcommand has as well is written once."""
-    main = sections(help_of(program))
-    names = [line.split()[0] for heading, lines in main if heading == "Subcommands" for line in lines]
     yield INTRODUCTION
     written = {}
-    for name in ["", *names]:
-        title = f"chasles {name}".strip()
+    for words, found in commands(program):
+        title = " ".join(["chasles", *words])
         yield f"## {title}\n"
-        for heading, lines in sections(help_of(program, name)):
+        for heading, lines in found:
             anchor = slug(f"{title} {heading}")
             first = written.setdefault((heading, *lines), (title, anchor))
             if heading:

@@ -9,6 +9,7 @@
 namespace chasles {
 namespace {
 
+constexpr double kHighestRate = 200;  // [Hz]
 constexpr double kTrim = 0.5;         // [s]
 constexpr double kTouchWindow = 0.5;  // [s]
 constexpr double kTouchFactor = 3;
@@ -16,17 +17,26 @@ constexpr double kTouchFactor = 3;
 // Which samples of a span are of a standstill.
 using Mask = std::vector<char>;
 
-std::vector<ImuSample> samples_of(const EvenSpan& span) {
-  std::vector<ImuSample> samples(span.count());
-  for (std::size_t i = 0; i < span.count(); ++i) {
-    ImuSample& s = samples[i];
-    s.time = span.begin + from_seconds(span.period * static_cast<double>(i));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      s.specific_force_imu[static_cast<Eigen::Index>(axis)] = span.signals[axis][i];
-      s.angular_rate_imu[static_cast<Eigen::Index>(axis)] = span.signals[axis + 3][i];
+std::size_t samples_of_mean(const EvenSpan& span) {
+  return static_cast<std::size_t>(std::max(1.0, std::floor(1 / (kHighestRate * span.period))));
+}
+
+// At most 200 means a second: the limits of a standstill are those of the scatter at such rates.
+std::vector<ImuSample> means_of(const EvenSpan& span) {
+  const std::size_t size = samples_of_mean(span);
+  std::vector<ImuSample> means(span.count() / size);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    ImuSample& mean = means[i];
+    mean.time = span.begin + from_seconds(span.period * static_cast<double>(i * size));
+    for (std::size_t k = i * size; k < (i + 1) * size; ++k) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto row = static_cast<Eigen::Index>(axis);
+        mean.specific_force_imu[row] += span.signals[axis][k] / static_cast<double>(size);
+        mean.angular_rate_imu[row] += span.signals[axis + 3][k] / static_cast<double>(size);
+      }
     }
   }
-  return samples;
+  return means;
 }
 
 std::size_t samples_in(const EvenSpan& span, double seconds) {
@@ -35,12 +45,12 @@ std::size_t samples_in(const EvenSpan& span, double seconds) {
 
 Mask standing_still(const EvenSpan& span, double& longest) {
   Mask mask(span.count(), 0);
-  for (const StandstillSpan& still : find_standstills(samples_of(span))) {
+  for (const StandstillSpan& still : find_standstills(means_of(span))) {
     longest = std::max(longest, to_seconds(still.end - still.begin));
     const auto index = [&](Time time) {
       return static_cast<std::size_t>(std::lround(to_seconds(time - span.begin) / span.period));
     };
-    std::size_t from = index(still.begin), to = index(still.end) + 1;
+    std::size_t from = index(still.begin), to = index(still.end) + samples_of_mean(span);
     const std::size_t trim = samples_in(span, kTrim);
     if (from > 0) from += trim;
     // A last window that is not full belongs to no standstill.

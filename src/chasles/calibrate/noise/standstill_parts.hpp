@@ -16,8 +16,9 @@ struct StandstillParts {
 };
 
 /// Standstills of at least three seconds. They are the standstills of
-/// find_standstills() (check/check_imu.hpp), less half a second at an end where a motion is, and
-/// less half seconds that scatter by more than three times the median: somebody touched the sensor.
+/// find_standstills() (check/check_imu.hpp) in means of at most 200 a second, less half a second at
+/// an end where a motion is, and less half seconds that scatter by more than three times the
+/// median: somebody touched the sensor.
 StandstillParts find_standstill_parts(std::span<const EvenSpan> spans);
 
 }  // namespace chasles

@@ -31,6 +31,15 @@ TEST(StandstillParts, AStandstillFromEndToEndIsWhole) {
   EXPECT_TRUE(parts.motion.empty());
 }
 
+TEST(StandstillParts, AFastSensorMayScatterMore) {
+  ImuNoise noise = kSensorNoise;
+  noise.accelerometer_noise_density = 4e-3;  // sigma of a sample: 0.18 m/s^2
+  const Recording recording = standstill_recording(5, 2000, noise, 6);
+  const StandstillParts parts = find_standstill_parts(even_samples(recording.imu, {}).spans);
+  ASSERT_EQ(parts.standstill.size(), 1u);
+  EXPECT_EQ(parts.standstill[0].count(), recording.imu.size());
+}
+
 TEST(StandstillParts, ATouchIsLeftOut) {
   Recording recording = standstill_recording(20, 100, kSensorNoise, 4);
   for (std::size_t i = 1000; i < 1020; ++i) {  // 0.1 m/s^2: still a standstill
