@@ -62,11 +62,10 @@ TEST(CalibrateCameras, RealCornersGiveLensesAndABaselineWithSigmas) {
                            "opencv/cam1.yaml", "basalt/calibration.json", "colmap/cameras.txt"}) {
     EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
   }
-  // The same bytes again.
-  EXPECT_EQ(chasles(folder, "calibrate cameras" + quoted(*april) +
-                                "--target board.yaml --lens equidistant --every 10 --json")
-                .out,
-            outcome.out);
+  const Outcome again =
+      chasles(folder, "calibrate cameras" + quoted(*april) +
+                          "--target board.yaml --lens equidistant --every 10 --json -o again");
+  EXPECT_TRUE(again.out == outcome.out) << "the same bytes";
 }
 
 TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
@@ -93,10 +92,10 @@ TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
 TEST(CalibrateCameras, SaysWhatIsWrong) {
   const Scratch folder;
   spill(folder / "board.yaml", kTarget);
-  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=4 -o rec --quiet").code, 0);
+  ASSERT_EQ(chasles(folder, "simulate turntable --set revolutions=0.15 -o rec --quiet").code, 0);
   const Outcome tracks = chasles(folder, "calibrate cameras rec --target board.yaml");
   EXPECT_EQ(tracks.code, 2);
-  expect_part(tracks.err, "expected ids of corners from 0 to 143");
+  expect_part(tracks.err, "is it this target");
   const Outcome lens = chasles(folder, "calibrate cameras rec --target board.yaml --lens bad");
   expect_part(lens.err, "--lens: found 'bad'");
   const Outcome target = chasles(folder, "calibrate cameras rec --target none.yaml");
