@@ -98,6 +98,7 @@ TEST(Arrows, OnlySomeTestsUseMore) {
                           {"bags", {"recording"}},
                           {"video", {"recording"}},
                           {"recording", {"run_folder"}},
+                          {"target", {"numeric"}},
                           {"calibrate", {"sim"}},
                           {"target", {"numeric"}},
                           {"session", {"sim"}},

@@ -44,8 +44,7 @@ struct BlurredEdge {
   Vector2d normal;
 };
 
-BlurredEdge edge_at(const Vector2d& from_corner, double angle, double blur) {
-  const Vector2d direction(std::cos(angle), std::sin(angle));
+BlurredEdge edge_at(const Vector2d& from_corner, const Vector2d& direction, double blur) {
   BlurredEdge edge;
   edge.normal = Vector2d(-direction.y(), direction.x());
   edge.along = direction.dot(from_corner);
@@ -56,29 +55,45 @@ BlurredEdge edge_at(const Vector2d& from_corner, double angle, double blur) {
   return edge;
 }
 
-double model(const Parameters& p, const Vector2d& pixel, Parameters* derivative) {
-  const Vector2d from_corner = pixel - p.head<2>();
-  const BlurredEdge a = edge_at(from_corner, p(kFirst), p(kBlur));
-  const BlurredEdge b = edge_at(from_corner, p(kSecond), p(kBlur));
-  if (derivative != nullptr) {
-    const double d_a = p(kHalf) * b.value * a.d_distance, d_b = p(kHalf) * a.value * b.d_distance;
-    derivative->head<2>() = -d_a * a.normal - d_b * b.normal;
-    (*derivative)(kFirst) = -d_a * a.along;
-    (*derivative)(kSecond) = -d_b * b.along;
-    (*derivative)(kMiddle) = 1;
-    (*derivative)(kHalf) = a.value * b.value;
-    (*derivative)(kBlur) = -(d_a * a.distance + d_b * b.distance) / p(kBlur);
+// The crossing with given parameters.
+class Crossing {
+ public:
+  explicit Crossing(const Parameters& p)
+      : p_(p),
+        first_(std::cos(p(kFirst)), std::sin(p(kFirst))),
+        second_(std::cos(p(kSecond)), std::sin(p(kSecond))) {}
+
+  // The grey value at a pixel, and its derivative by the parameters where it is wanted.
+  double at(const Vector2d& pixel, Parameters* derivative) const {
+    const Vector2d from_corner = pixel - p_.head<2>();
+    const BlurredEdge a = edge_at(from_corner, first_, p_(kBlur));
+    const BlurredEdge b = edge_at(from_corner, second_, p_(kBlur));
+    if (derivative != nullptr) {
+      const double d_a = p_(kHalf) * b.value * a.d_distance;
+      const double d_b = p_(kHalf) * a.value * b.d_distance;
+      derivative->head<2>() = -d_a * a.normal - d_b * b.normal;
+      (*derivative)(kFirst) = -d_a * a.along;
+      (*derivative)(kSecond) = -d_b * b.along;
+      (*derivative)(kMiddle) = 1;
+      (*derivative)(kHalf) = a.value * b.value;
+      (*derivative)(kBlur) = -(d_a * a.distance + d_b * b.distance) / p_(kBlur);
+    }
+    return p_(kMiddle) + p_(kHalf) * a.value * b.value;
   }
-  return p(kMiddle) + p(kHalf) * a.value * b.value;
-}
+
+ private:
+  const Parameters& p_;
+  Vector2d first_, second_;
+};
 
 // The sum of weighted squares, and the normal equations where they are wanted.
 double cost_of(const std::vector<Sample>& samples, const Parameters& p, Normal* normal,
                Parameters* right) {
+  const Crossing crossing(p);
   double cost = 0;
   Parameters row;
   for (const Sample& s : samples) {
-    const double residual = s.grey - model(p, s.pixel, normal != nullptr ? &row : nullptr);
+    const double residual = s.grey - crossing.at(s.pixel, normal != nullptr ? &row : nullptr);
     cost += s.weight * residual * residual;
     if (normal == nullptr) continue;
     normal->selfadjointView<Eigen::Lower>().rankUpdate(row, s.weight);

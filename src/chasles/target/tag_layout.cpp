@@ -64,7 +64,8 @@ std::vector<PrintedTag> printed_tags(const Target& target) {
   const auto codes = target_dictionary(target).codes;
   if (target.kind == TargetKind::april_grid) {
     for (int tag = 0; tag < target.columns * target.rows; ++tag) {
-      result.push_back(april_tag(target, tag, codes[static_cast<std::size_t>(tag)]));
+      result.push_back(
+          april_tag(target, tag, codes[static_cast<std::size_t>(target.code_offset + tag)]));
     }
     return result;
   }

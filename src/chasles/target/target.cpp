@@ -33,11 +33,12 @@ void check_counts(const Target& target, int least, std::string_view what) {
 
 void check_tags(const Target& target) {
   const std::size_t most = target_dictionary(target).codes.size();
-  const std::size_t tags = count_tags(target);
+  const std::size_t tags = count_tags(target) + static_cast<std::size_t>(target.code_offset);
   if (tags <= most) return;
-  reject_value("columns and rows",
-               fmt::format("{} x {} with {} tags", target.columns, target.rows, tags),
-               fmt::format("at most {} tags, which is what the dictionary has", most));
+  reject_value(
+      "columns and rows",
+      fmt::format("{} x {} with tags up to number {}", target.columns, target.rows, tags - 1),
+      fmt::format("at most {}, the last one of the dictionary", most - 1));
 }
 
 void check_april_grid(const Target& target) {
@@ -46,6 +47,7 @@ void check_april_grid(const Target& target) {
   check_between("tag_spacing", target.tag_spacing, 0.05, 2,
                 "the gap between two tags divided by the size of a tag, from 0.05 to 2 (0.3 on "
                 "Kalibr's boards)");
+  check_between("code_offset", target.code_offset, 0, 586, "the number of a tag from 0 to 586");
   check_tags(target);
 }
 

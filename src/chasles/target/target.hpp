@@ -36,6 +36,8 @@ struct Target {
   double tag_size = 0;
   /// april_grid: the gap between two tags, as a part of tag_size; the black squares fill it.
   double tag_spacing = 0;
+  /// april_grid: the number of the first tag in the family 36h11; the others follow.
+  int code_offset = 0;
   /// checkerboard and charuco: the distance of two corners along x and along y [m]. Equal for
   /// charuco.
   double column_spacing = 0, row_spacing = 0;

@@ -152,7 +152,7 @@ std::string why_few(const GrayImage& image, std::size_t all, const TargetDetecti
   if (is_at_border(detection.view, image, 1.5 * detection.spacing)) {
     return text + "the board leaves the image";
   }
-  return text + "parts are covered, or too dark or bright";
+  return text + "parts are covered, noisy, or have little contrast";
 }
 
 }  // namespace

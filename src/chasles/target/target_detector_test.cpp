@@ -254,7 +254,7 @@ void expect_some(const TargetDetection& found, const std::string& part) {
 }
 
 TEST(TargetDetector, SaysWhyCornersAreMissing) {
-  const Viewpoint near{.distance = 0.9};
+  const Viewpoint near{.distance = 0.7};
   EXPECT_EQ(seen(kCharuco, kCharuco, near).lack, "");
   expect_some(seen(kCharuco, kCharuco, {.distance = 0.3}), "leaves the image");
   expect_some(seen(kCharuco, kCharuco, near, {.cover = 0.2}), "covered");

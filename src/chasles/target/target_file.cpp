@@ -22,14 +22,23 @@ int whole(const YamlMap& map, const std::string& key, const char* what) {
                                map.where(key), value, what));
 }
 
+int code_offset(const YamlMap& map) {
+  const double value = map.number("codeOffset");
+  if (value == std::floor(value) && value >= 0 && value <= 1000) return static_cast<int>(value);
+  throw InputError(fmt::format("{}: is {}, expected the number of the first tag, a whole number",
+                               map.where("codeOffset"), value));
+}
+
 Target read_april_grid(const std::filesystem::path& file) {
-  const YamlMap map =
-      YamlMap::read(file, all_of({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing"}));
+  YamlMap::Keys keys = all_of({"target_type", "tagCols", "tagRows", "tagSize", "tagSpacing"});
+  keys.known.emplace_back("codeOffset");
+  const YamlMap map = YamlMap::read(file, keys);
   const Target target{.kind = TargetKind::april_grid,
                       .columns = whole(map, "tagCols", "tags"),
                       .rows = whole(map, "tagRows", "tags"),
                       .tag_size = map.positive("tagSize"),
-                      .tag_spacing = map.positive("tagSpacing")};
+                      .tag_spacing = map.positive("tagSpacing"),
+                      .code_offset = map.has("codeOffset") ? code_offset(map) : 0};
   if (target.tag_spacing < 0.05) {  // Kalibr's most frequent mistake: metres
     throw InputError(fmt::format(
         "{}: is {}, expected the gap between two tags divided by tagSize (0.3 on Kalibr's boards); "
@@ -101,8 +110,11 @@ std::string target_yaml(const Target& target) {
         "tagCols: {}        # tags\n"
         "tagRows: {}\n"
         "tagSize: {}    # side of a tag with its black border [m]: measure it on the print\n"
-        "tagSpacing: {}   # gap between two tags, divided by tagSize\n",
-        target.columns, target.rows, target.tag_size, target.tag_spacing);
+        "tagSpacing: {}   # gap between two tags, divided by tagSize\n{}",
+        target.columns, target.rows, target.tag_size, target.tag_spacing,
+        target.code_offset == 0
+            ? ""
+            : fmt::format("codeOffset: {}   # number of the first tag\n", target.code_offset));
   }
   if (target.kind == TargetKind::checkerboard) {
     return fmt::format(

@@ -11,11 +11,12 @@ namespace chasles {
 ///
 /// | target_type    | keys                                                          | as          |
 /// |----------------|---------------------------------------------------------------|-------------|
-/// | `aprilgrid`    | tagCols, tagRows, tagSize, tagSpacing (a part of tagSize)     | Kalibr      |
-/// | `checkerboard` | targetCols, targetRows (inner corners), rowSpacingMeters,     | Kalibr      |
-/// |                | colSpacingMeters                                              |             |
-/// | `charuco`      | squaresX, squaresY, squareLength, markerLength, dictionary,   | OpenCV's    |
-/// |                | legacy_pattern                                                | names       |
+/// | `aprilgrid`    | tagCols, tagRows, tagSize, tagSpacing (a part of tagSize); may  | Kalibr | |
+/// | have codeOffset                                                | | | `checkerboard` |
+/// targetCols, targetRows (inner corners), rowSpacingMeters,     | Kalibr      | |                |
+/// colSpacingMeters                                              |             | | `charuco`      |
+/// squaresX, squaresY, squareLength, markerLength, dictionary,   | OpenCV's    | |                |
+/// legacy_pattern                                                | names       |
 ///
 /// Throws InputError with file, line and key, the value found and the value expected: for a file
 /// that cannot be read, other types (circlegrid), unknown or missing keys, and sizes of which no

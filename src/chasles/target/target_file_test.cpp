@@ -76,6 +76,17 @@ TEST(TargetFile, WhatIsWrittenIsRead) {
   EXPECT_EQ(read_target(file), read_target(written(kCharucoYaml)));
 }
 
+// Files of newer versions of Kalibr.
+TEST(TargetFile, TheFirstTagMayHaveAnotherNumber) {
+  const Target target = read_target(written(kAprilGridYaml + "codeOffset: 40\n"));
+  EXPECT_EQ(target.code_offset, 40);
+  EXPECT_EQ(read_target(written(target_yaml(target))), target);
+  const Target larger = read_target(written(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 7")));
+  EXPECT_EQ(printed_tags(target)[1].code, printed_tags(larger)[41].code);
+  expect_error(kAprilGridYaml + "codeOffset: -1\n", {"'codeOffset'", "-1", "whole number"});
+  expect_error(kAprilGridYaml + "codeOffset: 552\n", {"number 587", "at most 586"});
+}
+
 TEST(TargetFile, ErrorsSayWhatWasExpected) {
   expect_error("target_type: circlegrid\ntargetCols: 6\n",
                {"circlegrid", "'aprilgrid'", "not read"});
@@ -85,7 +96,8 @@ TEST(TargetFile, ErrorsSayWhatWasExpected) {
   expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 6.5"),
                {":3:", "6.5", "whole number"});
   expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 0"), {"'tagRows'", "above 0"});
-  expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 99"), {"6 x 99", "at most 587"});
+  expect_error(changed(kAprilGridYaml, "tagRows: 6", "tagRows: 99"),
+               {"6 x 99", "number 593", "at most 586"});
   expect_error(changed(kAprilGridYaml, "0.088", "88"), {"found 88", "millimetres"});
   expect_error(changed(kAprilGridYaml, "0.088", "-0.088"), {"'tagSize'", "positive"});
   expect_error(changed(kAprilGridYaml, "0.3", "0.0264"), {"'tagSpacing'", "0.0264 m, write 0.3"});
@@ -97,7 +109,7 @@ TEST(TargetFile, ErrorsSayWhatWasExpected) {
   expect_error(changed(kCharucoYaml, "5X5_100", "5X5_101"), {"DICT_5X5_101", "did you mean"});
   expect_error(changed(kCharucoYaml, "5X5_100", "4X4_50") + "x: 1", {"'x'", "unknown"});
   expect_error(changed(kCharucoYaml, "0.03", "0.04"), {"0.04", "0.95"});
-  expect_error(changed(kCharucoYaml, "squaresX: 5", "squaresX: 60"), {"240 tags", "at most 100"});
+  expect_error(changed(kCharucoYaml, "squaresX: 5", "squaresX: 60"), {"number 239", "at most 99"});
   expect_error(changed(kCharucoYaml, "legacy_pattern: true", "legacy_pattern: 1"),
                {"true", "false"});
   expect_error(changed(kCharucoYaml, "legacy_pattern: true\n", ""),
