@@ -153,6 +153,7 @@ int calibrate_imu_cameras(const ImuCamerasOptions& o) {
 
 Action declare_calibrate_imu_cameras(CLI::App& parser) {
   const auto o = std::make_shared<ImuCamerasOptions>();
+  o->views.follows_target = true;
   declare_views(parser, o->views, false);
   add_number(parser, "--gravity", o->gravity, "m/s^2",
              "Magnitude of gravity where the recording was made (default 9.80665)", 9.7, 9.9);

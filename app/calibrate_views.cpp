@@ -53,6 +53,13 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
 
 void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
                   CamerasInput& input, std::vector<std::string>& remarks) {
+  const Target target = read_target(o.target);
+  if (target.is_symmetric() && (recording.cameras.size() > 1 || o.follows_target)) {
+    throw InputError(fmt::format(
+        "--target {}: the board looks the same after half a turn, so its views may be mixed up: "
+        "expected columns + rows to be odd, or a board with tags",
+        o.target.string()));
+  }
   if (!input.cameras.empty() && recording.cameras.size() != input.cameras.size()) {
     throw InputError(fmt::format("{}: found {} cameras, expected {} as in {}", recording.name,
                                  recording.cameras.size(), input.cameras.size(),
@@ -67,7 +74,7 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
     bar.show(done);
     return !interrupt.requested();
   };
-  RecordedViews views = recorded_views(recording, read_target(o.target), options);
+  RecordedViews views = recorded_views(recording, target, options);
   if (interrupt.requested()) {
     remarks.push_back(fmt::format("interrupted: {} views of {} were found until then",
                                   views.views.size(), recording.name));

@@ -21,6 +21,7 @@ struct ViewsOptions {
   std::string lens = "auto";  ///< one model, several with commas, or "auto"
   int every = 1, threads = 1;
   bool from_nothing = false, quiet = false;
+  bool follows_target = false;  ///< the target's pose must go on from view to view
 };
 
 /// Adds the arguments and options. `several`: of recordings.

@@ -102,6 +102,12 @@ TEST(CalibrateCameras, SaysWhatIsWrong) {
   EXPECT_NE(target.code, 0);
   expect_part(target.err, "none.yaml");
   EXPECT_NE(chasles(folder, "calibrate cameras rec").code, 0) << "no target";
+  spill(folder / "even.yaml",
+        "target_type: checkerboard\ntargetCols: 8\ntargetRows: 6\nrowSpacingMeters: "
+        "0.03\ncolSpacingMeters: 0.03\n");
+  const Outcome even = chasles(folder, "calibrate imu-cameras rec --target even.yaml");
+  EXPECT_EQ(even.code, 2);
+  expect_part(even.err, "looks the same after half a turn");
 }
 
 // The mounting that the images show, from a wrong one.
