@@ -97,6 +97,7 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
   }
   const InertialCalibration found = calibrate_inertial(input);
   const std::vector<std::string> missing = missing_motion(input, found);
+  for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
   if (!o.out.empty()) {
     write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);

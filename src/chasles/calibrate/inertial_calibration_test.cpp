@@ -4,6 +4,7 @@
 
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/calibrate/inertial_report.hpp>
 #include <chasles/calibrate/inertial_testing.hpp>
 #include <chasles/calibrate/rotation_alignment.hpp>
 #include <chasles/camera/camera_testing.hpp>
@@ -67,6 +68,16 @@ TEST(InertialCalibration, SaysWhatDoesNotFit) {
   EXPECT_NE(fault_of(late).find("too little time in common"), std::string::npos) << fault_of(late);
   input.imu.clear();
   EXPECT_NE(fault_of(input).find("found 0 IMU samples"), std::string::npos);
+}
+
+TEST(InertialCalibration, ATargetOfAnotherSizeContradictsTheAccelerometer) {
+  const BoardRigScene scene{.cameras = mounted(1), .seconds = 8};
+  InertialCalibrationInput input = inertial_views(scene, 2);
+  EXPECT_TRUE(contradictions(calibrate_inertial(input)).empty());
+  for (Eigen::Vector3d& corner : input.cameras.corners) corner *= 1.1;
+  const std::vector<std::string> found = contradictions(calibrate_inertial(input));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].find("is the size of the target right"), std::string::npos) << found[0];
 }
 
 TEST(RotationAlignment, FindsMountingAndOffsetFromNothing) {

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -88,6 +89,22 @@ std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
     }
   }
   return missing;
+}
+
+std::vector<std::string> contradictions(const InertialCalibration& calibration) {
+  constexpr double kMostFactor = 3;
+  std::vector<std::string> found;
+  for (const auto& [sensor, factor, cause] :
+       {std::tuple("accelerometer", calibration.accelerometer_factor,
+                   "is the size of the target right, and the stated noise"),
+        std::tuple("gyroscope", calibration.gyroscope_factor,
+                   "is the stated noise right, and was the target static")}) {
+    if (factor <= kMostFactor) continue;
+    found.push_back(fmt::format("the residuals of the {} are {:.0f} times its stated noise, "
+                                "expected about 1: {}?",
+                                sensor, factor, cause));
+  }
+  return found;
 }
 
 InertialJson inertial_json(const InertialCalibration& calibration,

@@ -14,6 +14,10 @@ namespace chasles {
 std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
                                         const InertialCalibration& calibration);
 
+/// What contradicts the result: residuals of the IMU far above its noise, as those of a target of
+/// another size.
+std::vector<std::string> contradictions(const InertialCalibration& calibration);
+
 /// The content of imu-cameras.json (docs/calibration.md).
 nlohmann::ordered_json inertial_json(const InertialCalibration& calibration,
                                      const std::vector<std::string>& missing,
