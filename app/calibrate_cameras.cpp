@@ -8,7 +8,6 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/target_images.hpp>
-#include <chasles/calibrate/target_pose.hpp>
 #include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
@@ -32,20 +31,6 @@ struct CamerasOptions {
   fs::path out;
   bool json = false;
 };
-
-// With the lens that the recording states, each view with the pose that is best.
-double rms_with(const Camera& camera, const CamerasInput& input, std::size_t c) {
-  if (camera.fx <= 0) return kNaN;
-  double squares = 0, corners = 0;
-  for (const TargetView& view : input.views) {
-    if (view.camera != static_cast<int>(c)) continue;
-    const auto pose = target_pose(camera, input.corners, view);
-    if (!pose) continue;
-    squares += pose->rms * pose->rms * static_cast<double>(view.ids.size());
-    corners += static_cast<double>(view.ids.size());
-  }
-  return corners > 0 ? std::sqrt(squares / corners) : kNaN;
-}
 
 std::vector<CalibrationView> page_views(const CamerasCalibration& calibration) {
   const double limit = suspicious_rms(calibration);
@@ -91,23 +76,8 @@ int calibrate_by_views(const CamerasOptions& o) {
         is_target_images(path) ? read_target_images(path) : read_recording(path);
     gather_views(o.views, recording, interrupt, input, report.remarks);
   }
-  const std::vector<LensForm> candidates = candidate_lenses(o.views);
-  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
-    report.rms_before.push_back(rms_with(input.cameras[c], input, c));
-    if (o.views.from_nothing) input.cameras[c].fx = 0;
-    std::optional<LensChoice> choice;
-    if (candidates.size() > 1) choice = choose_lens(input, c, candidates);
-    input.lenses.push_back(choice ? choice->lens : candidates[0]);
-    report.choices.push_back(std::move(choice));
-  }
-  report.calibration = calibrate_cameras(input);
-  try {
-    report.halves = compare_halves(input);
-  } catch (const InputError& error) {
-    report.remarks.push_back(fmt::format("no comparison of halves: {}", error.what()));
-  }
-  find_suspicious_views(report);
-  find_missing_views(report);
+  calibrate_with_report(report, std::vector(input.cameras.size(), candidate_lenses(o.views)),
+                        o.views.from_nothing);
   if (!o.out.empty()) write_result(report, o.out);
   if (o.json) {
     app::print("{}\n", json_text(cameras_json(report), 2));

@@ -92,14 +92,7 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 }
 
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o) {
-  if (o.lens == "auto") return common_lenses();
-  std::vector<LensForm> lenses;
-  for (std::size_t begin = 0; begin <= o.lens.size();) {
-    const std::size_t end = std::min(o.lens.find(',', begin), o.lens.size());
-    lenses.push_back(lens_form(o.lens.substr(begin, end - begin), "--lens"));
-    begin = end + 1;
-  }
-  return lenses;
+  return lens_candidates(o.lens, "--lens");
 }
 
 CamerasInput input_for(const Target& target) {

@@ -33,6 +33,7 @@ from . import _copies
 from ._arrays import from_arrays as _from_arrays
 from ._batch import Batch, batch
 from ._calls import compare, monte_carlo, run, simulate
+from ._calibrate import CamerasCalibration, Halves, Parameters, calibrate_cameras
 from ._executors import RayExecutor
 from ._check import Check, Finding, check
 from ._functions import command, evaluate, join_imu, main, read, read_run, settings
@@ -42,11 +43,12 @@ from ._settings import FilterArguments, RunArguments, RunSettings, SceneSettings
 from .lab import ChartState, Comparison, FirstSight, Study, register_chart, register_depth_rule
 
 __all__ = [
-    "Batch", "Camera", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate", "FilterArguments", "Finding",
-    "FirstSight", "ImuNoise", "InputError", "NoiseCalibration", "NotInitialisedError", "PredictedState", "RayExecutor",
-    "RealtimeSlam", "Recording", "Run", "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study",
-    "UsageError", "__version__", "batch", "calibrate_noise", "check", "command", "compare", "evaluate", "join_imu", "main",
-    "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
+    "Batch", "Camera", "CamerasCalibration", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate",
+    "FilterArguments", "Finding", "FirstSight", "Halves", "ImuNoise", "InputError", "NoiseCalibration",
+    "NotInitialisedError", "Parameters", "PredictedState", "RayExecutor", "RealtimeSlam", "Recording", "Run",
+    "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study", "UsageError", "__version__", "batch",
+    "calibrate_cameras", "calibrate_noise", "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo",
+    "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
 ]
 
 setattr(Recording, "from_arrays", staticmethod(_from_arrays))

@@ -92,6 +92,7 @@ PYBIND11_MODULE(_core, m) {
   bind_alignment(m);
   bind_checks(m);
   bind_noise(m);
+  bind_calibrations(m);
   bind_errors_of_runs(m);
   bind_arrays(m);
   reject_bare_objects(m);

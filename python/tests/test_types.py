@@ -34,7 +34,7 @@ def checked(folder, *command):
 def test_the_package_agrees_with_its_types(alone, tmp_path):
     # What the package itself exports; chasles.interop passes objects of packages without types on.
     files = [alone / "chasles" / name for name in (
-        "__init__.py", "_arguments.py", "_arrays.py", "_batch.py", "_calls.pyi", "_check.py", "_core.pyi", "_executors.py",
+        "__init__.py", "_arguments.py", "_arrays.py", "_batch.py", "_calibrate.py", "_calls.pyi", "_check.py", "_core.pyi", "_executors.py",
         "_functions.py", "_lab.pyi", "_laboratory.py", "_optional.py", "_page.py", "_picture.py", "_places.py", "_plot.py",
         "_progress.py", "_run.py", "_settings.py", "lab.py")]
     checked(alone, "mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir", tmp_path,
@@ -52,7 +52,7 @@ chasles(\\._functions|\\._run|\\._calls|\\._batch)?\\.Run\\.(_columns|_summary)
 chasles(\\._settings)?\\.\\w+(Settings|Arguments)
 chasles\\._core\\.(Path|Time|Floats|Ints|Image|_.*)
 chasles\\._lab\\._.*
-.*\\.(Any|Callable|Iterable|Iterator|Mapping|Sequence|NoReturn|Recording|Run|TYPE_CHECKING)
+.*\\.(Any|Callable|Iterable|Iterator|Mapping|NamedTuple|Sequence|NoReturn|Recording|Run|TYPE_CHECKING)
 .*\\.__(init|new|setstate|getstate|repr|hash)__
 """)
     config = tmp_path / "mypy.ini"

@@ -19,8 +19,11 @@ struct TargetShape {
   Eigen::VectorXd sigma = {};  ///< of the parameters before any view
 };
 
-/// Its middle stands out by bend_x and bend_y [m], parabolas along x and y, with a sigma of 0.5 %
-/// of its width and height. The tags of an AprilGrid are larger by growth [m] at each edge, with a
+/// The middle of a flat target stands out by bend_x and bend_y [m], parabolas along x and y, with a
+/// sigma of 0.5 % of its width and height.
+TargetShape bent_shape(const std::vector<Eigen::Vector3d>& corners);
+
+/// bent_shape(). The tags of an AprilGrid are larger by growth [m] at each edge, with a
 /// sigma of 1 % of a tag: ink spreads, and detectors find edges to one side of the blur.
 TargetShape printed_shape(const Target& target);
 

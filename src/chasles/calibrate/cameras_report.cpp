@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/constants.hpp>
+#include <chasles/base/error.hpp>
 #include <chasles/base/median.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
+#include <chasles/calibrate/target_pose.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -43,6 +45,21 @@ Eigen::VectorXd values_of(const CamerasCalibration& calibration, const CamerasLa
   }
   values.tail(layout.shape_rows()) = calibration.shape;
   return values;
+}
+
+// With the lens that the input states, each view with the pose that is best.
+double rms_before(const CamerasInput& input, std::size_t c) {
+  const Camera& camera = input.cameras[c];
+  if (camera.fx <= 0) return kNaN;
+  double squares = 0, corners = 0;
+  for (const TargetView& view : input.views) {
+    if (view.camera != static_cast<int>(c)) continue;
+    const auto pose = target_pose(camera, input.corners, view);
+    if (!pose) continue;
+    squares += pose->rms * pose->rms * static_cast<double>(view.ids.size());
+    corners += static_cast<double>(view.ids.size());
+  }
+  return corners > 0 ? std::sqrt(squares / corners) : kNaN;
 }
 
 struct CameraViews {
@@ -129,6 +146,28 @@ ProjectionSummary projection_summary(const CamerasCalibration& calibration, std:
   }
   summary.rms = std::sqrt(summary.rms / static_cast<double>(std::max<std::size_t>(1, grid.size())));
   return summary;
+}
+
+void calibrate_with_report(CamerasReport& report,
+                           const std::vector<std::vector<LensForm>>& candidates,
+                           bool from_nothing) {
+  CamerasInput& input = report.input;
+  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
+    report.rms_before.push_back(rms_before(input, c));
+    if (from_nothing) input.cameras[c].fx = 0;
+    std::optional<LensChoice> choice;
+    if (candidates[c].size() > 1) choice = choose_lens(input, c, candidates[c]);
+    input.lenses.push_back(choice ? choice->lens : candidates[c][0]);
+    report.choices.push_back(std::move(choice));
+  }
+  report.calibration = calibrate_cameras(input);
+  try {
+    report.halves = compare_halves(input);
+  } catch (const InputError& error) {
+    report.remarks.push_back(fmt::format("no comparison of halves: {}", error.what()));
+  }
+  find_suspicious_views(report);
+  find_missing_views(report);
 }
 
 double suspicious_rms(const CamerasCalibration& calibration) {

@@ -29,6 +29,13 @@ struct ProjectionSummary {
 };
 ProjectionSummary projection_summary(const CamerasCalibration& calibration, std::size_t camera);
 
+/// Calibrates the cameras of `report.input`, and fills all the rest; remarks that are there stay.
+/// `candidates`: of each camera its lens, or those of which the best is chosen. `from_nothing`: the
+/// search does not begin at the lens that a camera states. Throws as calibrate_cameras() and
+/// choose_lens().
+void calibrate_with_report(CamerasReport& report,
+                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing);
+
 /// A view with a larger root mean square error is suspicious: four times that of the median view
 /// [px].
 double suspicious_rms(const CamerasCalibration& calibration);

@@ -151,4 +151,15 @@ std::vector<LensForm> common_lenses() {
           {Distortion::kEucm, 2}};
 }
 
+std::vector<LensForm> lens_candidates(const std::string& text, const std::string& setting) {
+  if (text == "auto") return common_lenses();
+  std::vector<LensForm> lenses;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    lenses.push_back(lens_form(text.substr(begin, end - begin), setting));
+    begin = end + 1;
+  }
+  return lenses;
+}
+
 }  // namespace chasles

@@ -44,5 +44,8 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
 
 /// Those that are tried by default.
 std::vector<LensForm> common_lenses();
+/// "auto" for the common ones, or names as of lens_form() with commas between them. Throws
+/// UsageError that names `setting`.
+std::vector<LensForm> lens_candidates(const std::string& text, const std::string& setting);
 
 }  // namespace chasles

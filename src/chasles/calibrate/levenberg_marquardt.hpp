@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include <chasles/base/interruption.hpp>
+
 namespace chasles {
 
 struct SearchLimits {
@@ -39,6 +41,7 @@ auto minimised(State state, const Linearise& linearise, const Move& moved,
   bool converged = false;
   constexpr double kMostDamping = 1e10;
   while (iteration < limits.iterations && damping < kMostDamping) {
+    interruption_point();
     ++iteration;
     const auto step = now->solve(damping);
     if (!step || !std::isfinite(step->decrease)) {

@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <pybind11/stl.h>
+
+#include <chasles/base/error.hpp>
+#include <chasles/calibrate/cameras_report.hpp>
+#include <chasles/codec/utf8.hpp>
+
+#include "arrays.hpp"
+#include "long_call.hpp"
+#include "module.hpp"
+
+namespace chasles::python {
+namespace {
+
+// Views in the form that python/chasles/_calibrate.py has checked.
+struct GivenViews {
+  py::list times;
+  std::vector<int> cameras;
+  std::vector<std::vector<int>> ids;  // rising
+  std::vector<Rows> pixels;
+};
+
+std::vector<TargetView> views_of(const GivenViews& given) {
+  std::vector<TargetView> views;
+  for (std::size_t i = 0; i < given.cameras.size(); ++i) {
+    TargetView view{
+        .time = time_of(given.times[i], fmt::format("calibrate_cameras: views[{}]: time", i)),
+        .camera = given.cameras[i],
+        .ids = given.ids[i],
+        .pixels = {}};
+    for (const auto& pixel : given.pixels[i].rowwise()) view.pixels.emplace_back(pixel.transpose());
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+// Whether most views show the side that the z axis of the corners points away from, as of boards
+// whose y axis points down.
+bool is_seen_from_behind(const CamerasInput& input) {
+  int behind = 0;
+  for (const TargetView& view : input.views) {
+    Eigen::Matrix2d products = Eigen::Matrix2d::Zero();  // of places on the board and in the image
+    Eigen::Vector2d corners = Eigen::Vector2d::Zero(), pixels = Eigen::Vector2d::Zero();
+    for (std::size_t i = 0; i < view.ids.size(); ++i) {
+      const Eigen::Vector2d corner = input.corners[static_cast<std::size_t>(view.ids[i])].head<2>();
+      products += corner * view.pixels[i].transpose();
+      corners += corner;
+      pixels += view.pixels[i];
+    }
+    const double n = std::max(1.0, static_cast<double>(view.ids.size()));
+    behind += (products - corners * pixels.transpose() / n).determinant() > 0 ? 1 : -1;
+  }
+  return behind > 0;
+}
+
+// Half a turn of the frame of the target about its x axis.
+void turn_target(CamerasInput& input) {
+  const Eigen::DiagonalMatrix<double, 3> half_turn(1, -1, -1);
+  for (Eigen::Vector3d& corner : input.corners) corner = half_turn * corner;
+  for (auto& derivative : input.shape.by_parameters) derivative = half_turn * derivative;
+}
+
+void turn_back(std::vector<ExplainedView>& views) {
+  for (ExplainedView& view : views) {
+    view.cam_T_target.R = view.cam_T_target.R * Eigen::DiagonalMatrix<double, 3>(1, -1, -1);
+  }
+}
+
+py::dict view_columns(const std::vector<ExplainedView>& views) {
+  const auto n = static_cast<Eigen::Index>(views.size());
+  Times times(n), cameras(n);
+  Eigen::VectorXd rms(n);
+  Rows poses(n, 16);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const ExplainedView& view = views[static_cast<std::size_t>(i)];
+    times[i] = view.view.time.count();
+    cameras[i] = view.view.camera;
+    rms[i] = view.rms;
+    poses.row(i) = matrix(view.cam_T_target).reshaped<Eigen::RowMajor>().transpose();
+  }
+  py::dict result;
+  result["time"] = std::move(times);
+  result["camera"] = std::move(cameras);
+  result["rms"] = std::move(rms);
+  result["cam_T_target"] = cubes(std::move(poses), 4);
+  return result;
+}
+
+py::dict error_columns(const std::vector<ExplainedView>& views) {
+  std::size_t corners = 0;
+  for (const ExplainedView& view : views) corners += view.errors.size();
+  const auto n = static_cast<Eigen::Index>(corners);
+  Times of(n), ids(n);
+  Rows pixels(n, 2), errors(n, 2);
+  Eigen::Index row = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for (std::size_t i = 0; i < views[v].errors.size(); ++i, ++row) {
+      of[row] = static_cast<std::int64_t>(v);
+      ids[row] = views[v].view.ids[i];
+      pixels.row(row) = views[v].view.pixels[i];
+      errors.row(row) = views[v].errors[i];
+    }
+  }
+  py::dict result;
+  result["view"] = std::move(of);
+  result["id"] = std::move(ids);
+  result["pixel"] = std::move(pixels);
+  result["error"] = std::move(errors);
+  return result;
+}
+
+// `lenses`: of each camera. `start`: of each camera with the lens to begin at, or none.
+py::tuple calibrate(const Rows& corners, const py::list& times, std::vector<int> cameras,
+                    std::vector<std::vector<int>> ids, std::vector<Rows> pixels,
+                    const std::vector<std::pair<int, int>>& sizes,
+                    const std::vector<std::string>& lenses, const std::vector<Camera>& start,
+                    bool bend) {
+  CamerasReport report;
+  CamerasInput& input = report.input;
+  for (const auto& corner : corners.rowwise()) input.corners.emplace_back(corner.transpose());
+  input.views = views_of({times, std::move(cameras), std::move(ids), std::move(pixels)});
+  std::vector<std::vector<LensForm>> candidates;
+  for (std::size_t c = 0; c < sizes.size(); ++c) {
+    input.cameras.push_back(
+        start.empty() ? Camera{.width = sizes[c].first, .height = sizes[c].second, .cam_T_imu = {}}
+                      : start[c]);
+    candidates.push_back(lens_candidates(lenses[c], "lenses"));
+  }
+  if (bend) input.shape = bent_shape(input.corners);
+  const bool is_turned = is_seen_from_behind(input);
+  if (is_turned) turn_target(input);
+  LongCall().in_turn([&] { calibrate_with_report(report, candidates, false); });
+  CamerasCalibration& found = report.calibration;
+  if (is_turned) turn_back(found.views);
+  return py::make_tuple(json_text(cameras_json(report)), found.cameras, view_columns(found.views),
+                        error_columns(found.views));
+}
+
+}  // namespace
+
+void bind_calibrations(py::module_& m) {
+  m.def("calibrate_cameras", &calibrate, py::arg("corners"), py::arg("times"), py::arg("cameras"),
+        py::arg("ids"), py::arg("pixels"), py::arg("sizes"), py::arg("lenses"), py::arg("start"),
+        py::arg("bend"));
+}
+
+}  // namespace chasles::python
