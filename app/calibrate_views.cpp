@@ -20,8 +20,9 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
   CLI::Option* recordings =
       parser
           .add_option("RECORDING", o.recordings,
-                      several ? "Recordings of the target, or folders of images, by the same cameras"
-                              : "Recording of a moving rig with an IMU")
+                      several
+                          ? "Recordings of the target, or folders of images, by the same cameras"
+                          : "Recording of a moving rig with an IMU")
           ->required()
           ->type_name("");
   if (!several) recordings->expected(1);

@@ -52,7 +52,8 @@ TEST(CalibrateCameras, RealCornersGiveLensesAndABaselineWithSigmas) {
   EXPECT_LT(camera.at("rms_px").get<double>(), 0.6);
   EXPECT_LT(camera.at("rms_px"), camera.at("rms_before_px"));
   // The board's bend and the factory's baseline, 110.07 mm.
-  const double x = value(result, "cam1.position_x"), sigma = value(result, "cam1.position_x", "sigma");
+  const double x = value(result, "cam1.position_x"),
+               sigma = value(result, "cam1.position_x", "sigma");
   EXPECT_NEAR(x, -0.11007, std::max(0.0005, 4 * sigma));
   EXPECT_LT(sigma, 0.001);
   EXPECT_LT(std::abs(value(result, "cam0.fx", "halves_difference")),
@@ -115,9 +116,8 @@ TEST(CalibrateImuCameras, WithoutATargetAMotionShowsTheMounting) {
   const auto flight = recorded("MH_01_easy_17s");
   if (!flight) GTEST_SKIP() << "no recordings";
   const Scratch folder;
-  const Outcome outcome =
-      chasles(folder, "calibrate imu-cameras" + quoted(*flight) +
-                          "--from-nothing --json --quiet -o out");
+  const Outcome outcome = chasles(
+      folder, "calibrate imu-cameras" + quoted(*flight) + "--from-nothing --json --quiet -o out");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const Json result = Json::parse(outcome.out);
   for (const auto& [name, published] :

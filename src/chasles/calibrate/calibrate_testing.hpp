@@ -28,7 +28,8 @@ struct BoardScene {
   double seconds = 2;        ///< between two instants
 };
 
-/// cam0_T_target of a board that is held before a camera of the rig in turn, in all parts of its image.
+/// cam0_T_target of a board that is held before a camera of the rig in turn, in all parts of its
+/// image.
 inline std::vector<SE3> board_poses(const BoardScene& scene, std::uint64_t seed) {
   const Random random = random_of_run(20261130, seed);
   const std::vector<Eigen::Vector3d> corners = april_board().corners();

@@ -511,7 +511,7 @@ void check_input(const CamerasInput& input) {
 }
 
 AloneCamera first_calibration(const CamerasInput& input, std::size_t c,
-                  const std::vector<const TargetView*>& views) {
+                              const std::vector<const TargetView*>& views) {
   const std::string of = said(static_cast<int>(c));
   if (views.size() < kLeastViews) {
     throw InputError(

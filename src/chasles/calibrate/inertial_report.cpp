@@ -100,9 +100,10 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration) 
         std::tuple("gyroscope", calibration.gyroscope_factor,
                    "is the stated noise right, and was the target static")}) {
     if (factor <= kMostFactor) continue;
-    found.push_back(fmt::format("the residuals of the {} are {:.0f} times its stated noise, "
-                                "expected about 1: {}?",
-                                sensor, factor, cause));
+    found.push_back(
+        fmt::format("the residuals of the {} are {:.0f} times its stated noise, "
+                    "expected about 1: {}?",
+                    sensor, factor, cause));
   }
   return found;
 }

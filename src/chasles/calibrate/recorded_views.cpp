@@ -63,8 +63,8 @@ std::vector<FrameViews> detected_all(const Recording& recording, const Target& t
       const std::size_t i = next++;
       if (i >= frames.size()) return;
       try {
-        frames[i] =
-            detected(*recording.images, reading, i * static_cast<std::size_t>(options.every), detector);
+        frames[i] = detected(*recording.images, reading,
+                             i * static_cast<std::size_t>(options.every), detector);
       } catch (...) {
         if (!has_fault.exchange(true)) fault = std::current_exception();
         stop = true;

@@ -110,8 +110,8 @@ Recording read_target_images(const fs::path& folder) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const std::vector<fs::path> files = images_in(cameras[c]);
     if (files.empty()) {
-      throw InputError(fmt::format("{}: found no images, expected those of a target",
-                                   cameras[c].string()));
+      throw InputError(
+          fmt::format("{}: found no images, expected those of a target", cameras[c].string()));
     }
     sizes.push_back(stated_size(read_file(files.front()), files.front().string()));
     for (const fs::path& file : files) {

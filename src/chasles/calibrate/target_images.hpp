@@ -15,8 +15,8 @@ bool is_target_images(const std::filesystem::path& folder);
 /// number that the name has, in ns, if it has 10 digits or more in all names; else the images
 /// are one second apart, in the order of their names.
 ///
-/// Throws InputError for a folder without images. An image of another size than its camera's first is
-/// damaged (ImageSource::read_undamaged).
+/// Throws InputError for a folder without images. An image of another size than its camera's first
+/// is damaged (ImageSource::read_undamaged).
 Recording read_target_images(const std::filesystem::path& folder);
 
 }  // namespace chasles
