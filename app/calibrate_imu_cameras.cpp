@@ -101,6 +101,7 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
   if (!o.out.empty()) {
     write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);
+    replace_file(o.out / "run.yaml", run_settings(found));
   }
   if (o.json) {
     app::print("{}\n", json_text(json, 2));
@@ -164,7 +165,8 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
                   "Take scales and axes of the IMU as they are, and do not estimate them");
   parser
       .add_option("-o,--output", o->out,
-                  "Folder for calibration.yaml, the files of other programs, and imu-cameras.json")
+                  "Folder for calibration.yaml, run.yaml, the files of other programs, and "
+                  "imu-cameras.json")
       ->check(require_path)
       ->type_name("DIR");
   parser.add_flag("--json", o->json, "Print the content of imu-cameras.json");

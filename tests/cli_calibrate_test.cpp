@@ -88,6 +88,10 @@ TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
   EXPECT_TRUE(fs::exists(folder / "out/kalibr/camchain-imucam.yaml"));
   EXPECT_EQ(chasles(folder, "calibrate convert out -o again --quiet").code, 0)
       << "the result is a calibration that is read";
+  // Its sigmas are settings of a run.
+  ASSERT_EQ(chasles(folder, "simulate turntable --set revolutions=0.15 -o rec --quiet").code, 0);
+  const Outcome run = chasles(folder, "run rec --config out/run.yaml --json --quiet");
+  EXPECT_EQ(run.code, 0) << run.err;
 }
 
 TEST(CalibrateCameras, SaysWhatIsWrong) {

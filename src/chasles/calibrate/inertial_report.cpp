@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <tuple>
@@ -144,6 +145,37 @@ InertialJson inertial_json(const InertialCalibration& calibration,
           {"covariance", rows_of(calibration.covariance)},
           {"missing", missing},
           {"remarks", remarks}};
+}
+
+std::string run_settings(const InertialCalibration& calibration) {
+  const InertialLayout& layout = calibration.layout;
+  const Eigen::VectorXd sigmas = calibration.covariance.diagonal().cwiseSqrt();
+  double rotation = 0, position = 0, offset = 0, readout = 0, focal = 0, point = 0, lens = 0;
+  for (std::size_t c = 0; c < layout.cameras(); ++c) {
+    const int first = layout.lens_row(c), pose = layout.pose_row(c);
+    const Camera& camera = calibration.cameras[c];
+    rotation = std::max(rotation, sigmas.segment<3>(pose).maxCoeff());
+    position = std::max(position, sigmas.segment<3>(pose + 3).maxCoeff());
+    offset = std::max(offset, sigmas[layout.offset_row(c)]);
+    if (layout.has_readout()) readout = std::max(readout, sigmas[layout.readout_row(c)]);
+    focal = std::max({focal, sigmas[first] / camera.fx, sigmas[first + 1] / camera.fy});
+    point = std::max({point, sigmas[first + 2], sigmas[first + 3]});
+    // The others are correlated with the first coefficient, and a run takes them as independent.
+    if (layout.lens(c).coefficients > 0) lens = std::max(lens, sigmas[first + 4]);
+  }
+  std::string text = fmt::format(
+      "# Made by `chasles calibrate imu-cameras`: for `chasles run --config`, with this calibration.\n"
+      "calibrate_extrinsics: considered\n"
+      "initial_extrinsic_rotation_sigma: {:.3g}\n"
+      "initial_extrinsic_translation_sigma: {:.3g}\n"
+      "calibrate_intrinsics: considered\n"
+      "initial_focal_sigma: {:.3g}\n"
+      "initial_principal_point_sigma: {:.3g}\n"
+      "initial_distortion_sigma: {:.3g}\n"
+      "initial_time_offset_sigma: {:.3g}\n",
+      rotation, position, focal, point, lens, offset);
+  if (layout.has_readout()) text += fmt::format("initial_readout_sigma: {:.3g}\n", readout);
+  return text;
 }
 
 std::string inertial_text(const InertialCalibration& calibration,
