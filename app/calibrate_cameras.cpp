@@ -32,20 +32,6 @@ struct CamerasOptions {
   bool json = false;
 };
 
-std::vector<CalibrationView> page_views(const CamerasCalibration& calibration) {
-  const double limit = suspicious_rms(calibration);
-  std::vector<CalibrationView> views;
-  for (const ExplainedView& view : calibration.views) {
-    views.push_back({.seconds = to_seconds(view.view.time),
-                     .camera = view.view.camera,
-                     .is_suspicious = view.rms > limit,
-                     .rms = view.rms,
-                     .pixels = view.view.pixels,
-                     .errors = view.errors});
-  }
-  return views;
-}
-
 void write_result(CamerasReport& report, const fs::path& folder) {
   fs::create_directories(folder);
   CalibrationToWrite calibration{.name = "calibration", .cameras = report.calibration.cameras};
@@ -54,7 +40,7 @@ void write_result(CamerasReport& report, const fs::path& folder) {
   report.remarks.insert(report.remarks.end(), written.left_out.begin(), written.left_out.end());
   const nlohmann::ordered_json json = cameras_json(report);
   replace_file(folder / "cameras.json", json_text(json, 2) + "\n");
-  replace_file(folder / "page.html", cameras_page(json, page_views(report.calibration)));
+  replace_file(folder / "page.html", cameras_page(json, page_views(report.calibration.views)));
   std::string rows = "time_s,camera,corner,u_px,v_px,error_u_px,error_v_px\n";
   for (const ExplainedView& view : report.calibration.views) {
     for (std::size_t i = 0; i < view.errors.size(); ++i) {

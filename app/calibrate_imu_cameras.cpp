@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -5,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
 #include <chasles/calibration/foreign_writers.hpp>
@@ -96,12 +99,14 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
         candidates.size() > 1 ? choose_lens(input.cameras, c, candidates).lens : candidates[0]);
   }
   const InertialCalibration found = calibrate_inertial(input);
-  const std::vector<std::string> missing = missing_motion(input, found);
+  std::vector<std::string> missing = missing_motion(input, found);
+  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(missing));
   for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
   if (!o.out.empty()) {
     write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);
     replace_file(o.out / "run.yaml", run_settings(found));
+    replace_file(o.out / "page.html", cameras_page(json, page_views(found.views)));
   }
   if (o.json) {
     app::print("{}\n", json_text(json, 2));
@@ -165,8 +170,8 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
                   "Take scales and axes of the IMU as they are, and do not estimate them");
   parser
       .add_option("-o,--output", o->out,
-                  "Folder for calibration.yaml, run.yaml, the files of other programs, and "
-                  "imu-cameras.json")
+                  "Folder for calibration.yaml, run.yaml, the files of other programs, "
+                  "imu-cameras.json and page.html")
       ->check(require_path)
       ->type_name("DIR");
   parser.add_flag("--json", o->json, "Print the content of imu-cameras.json");

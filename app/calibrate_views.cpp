@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/recorded_views.hpp>
 #include <chasles/session/progress.hpp>
@@ -94,6 +95,20 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o) {
   return lens_candidates(o.lens, "--lens");
+}
+
+std::vector<CalibrationView> page_views(const std::vector<ExplainedView>& views) {
+  const double limit = suspicious_rms(views);
+  std::vector<CalibrationView> result;
+  for (const ExplainedView& view : views) {
+    result.push_back({.seconds = to_seconds(view.view.time),
+                      .camera = view.view.camera,
+                      .is_suspicious = view.rms > limit,
+                      .rms = view.rms,
+                      .pixels = view.view.pixels,
+                      .errors = view.errors});
+  }
+  return result;
 }
 
 CamerasInput input_for(const Target& target) {

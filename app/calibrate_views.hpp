@@ -6,6 +6,7 @@
 
 #include <chasles/calibrate/cameras_calibration.hpp>
 #include <chasles/recording/recording.hpp>
+#include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
 
 namespace CLI {
@@ -33,6 +34,9 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 
 /// The lenses of the option. Throws UsageError.
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o);
+
+/// What the page of a calibration draws of its views.
+std::vector<CalibrationView> page_views(const std::vector<ExplainedView>& views);
 
 /// An empty input for a target, whose shape is estimated.
 CamerasInput input_for(const Target& target);

@@ -86,6 +86,7 @@ TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
   const Json& T = result.at("cameras")[0].at("cam_T_imu");
   EXPECT_NEAR(T[0][1].get<double>(), 1, 0.01) << "turned by a quarter";
   EXPECT_TRUE(fs::exists(folder / "out/kalibr/camchain-imucam.yaml"));
+  expect_part(slurp(folder / "out/page.html"), "cam1.time_offset");
   EXPECT_EQ(chasles(folder, "calibrate convert out -o again --quiet").code, 0)
       << "the result is a calibration that is read";
   // Its sigmas are settings of a run.

@@ -68,10 +68,10 @@ struct CameraViews {
   double rms = 0;
 };
 
-CameraViews views_of(const CamerasCalibration& calibration, std::size_t camera) {
+CameraViews views_of(const std::vector<ExplainedView>& views, std::size_t camera) {
   CameraViews result;
   double squares = 0;
-  for (const ExplainedView& view : calibration.views) {
+  for (const ExplainedView& view : views) {
     if (view.view.camera != static_cast<int>(camera)) continue;
     result.views.push_back(&view);
     result.corners += view.view.ids.size();
@@ -93,7 +93,7 @@ Json pose_json(const SE3& pose) {
 Json camera_json(const CamerasReport& report, std::size_t c) {
   const CamerasCalibration& calibration = report.calibration;
   const Camera& camera = calibration.cameras[c];
-  const CameraViews views = views_of(calibration, c);
+  const CameraViews views = views_of(calibration.views, c);
   Json json = {{"lens", name_of(form_of(camera))},
                {"resolution", {camera.width, camera.height}},
                {"cam_T_cam0", pose_json(camera.cam_T_imu)},
@@ -101,13 +101,7 @@ Json camera_json(const CamerasReport& report, std::size_t c) {
                {"corners", views.corners},
                {"rms_px", views.rms},
                {"rms_before_px", finite(report.rms_before[c])}};
-  Json grid = Json::array();
-  for (const PixelUncertainty& one :
-       projection_uncertainty(camera, lens_covariance(calibration, c))) {
-    grid.push_back({one.pixel.x(), one.pixel.y(), one.sigma_px, one.sigma_rad});
-  }
-  json["projection"] = {{"columns", {"u_px", "v_px", "sigma_px", "sigma_rad"}},
-                        {"grid", std::move(grid)}};
+  json["projection"] = projection_json(camera, lens_covariance(calibration, c));
   if (report.halves) {
     json["halves_px"] = report.halves->pixels[c];
     json["halves_sigma_px"] = report.halves->pixels_sigma[c];
@@ -166,34 +160,45 @@ void calibrate_with_report(CamerasReport& report,
   } catch (const InputError& error) {
     report.remarks.push_back(fmt::format("no comparison of halves: {}", error.what()));
   }
-  find_suspicious_views(report);
-  find_missing_views(report);
+  report.suspicious = suspicious_views(report.calibration.views);
+  report.missing = missing_views(report.calibration.cameras, report.calibration.views);
 }
 
-double suspicious_rms(const CamerasCalibration& calibration) {
+double suspicious_rms(const std::vector<ExplainedView>& views) {
   std::vector<double> errors;
-  for (const ExplainedView& view : calibration.views) errors.push_back(view.rms);
-  return kSuspicious * median(errors);
+  for (const ExplainedView& view : views) errors.push_back(view.rms);
+  return errors.empty() ? 0 : kSuspicious * median(errors);
 }
 
-void find_suspicious_views(CamerasReport& report) {
-  const double limit = suspicious_rms(report.calibration);
-  for (const ExplainedView& view : report.calibration.views) {
+std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& views) {
+  std::vector<std::string> sentences;
+  const double limit = suspicious_rms(views);
+  for (const ExplainedView& view : views) {
     if (view.rms <= limit) continue;
-    report.suspicious.push_back(
+    sentences.push_back(
         fmt::format("cam{} at {:.3f} s: {:.2f} px over {} corners, the median view has {:.2f} px",
                     view.view.camera, to_seconds(view.view.time), view.rms, view.view.ids.size(),
                     limit / kSuspicious));
   }
+  return sentences;
 }
 
-void find_missing_views(CamerasReport& report) {
-  const CamerasCalibration& calibration = report.calibration;
-  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
-    const Camera& camera = calibration.cameras[c];
+Json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance) {
+  Json grid = Json::array();
+  for (const PixelUncertainty& one : projection_uncertainty(camera, covariance)) {
+    grid.push_back({one.pixel.x(), one.pixel.y(), one.sigma_px, one.sigma_rad});
+  }
+  return {{"columns", {"u_px", "v_px", "sigma_px", "sigma_rad"}}, {"grid", std::move(grid)}};
+}
+
+std::vector<std::string> missing_views(const std::vector<Camera>& cameras,
+                                       const std::vector<ExplainedView>& views) {
+  std::vector<std::string> missing;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
     std::array<std::array<bool, kColumns>, kRows> covered{};
     std::array<double, 4> tilts{};  // largest about x and y, both signs [rad]
-    for (const ExplainedView* view : views_of(calibration, c).views) {
+    for (const ExplainedView* view : views_of(views, c).views) {
       for (const Eigen::Vector2d& pixel : view->view.pixels) {
         const int i = static_cast<int>(kColumns * (pixel.x() + 0.5) / camera.width);
         const int j = static_cast<int>(kRows * (pixel.y() + 0.5) / camera.height);
@@ -213,7 +218,7 @@ void find_missing_views(CamerasReport& report) {
     int open = 0;
     for (const auto& row : covered) open += static_cast<int>(std::ranges::count(row, false));
     if (open > 0) {
-      report.missing.push_back(
+      missing.push_back(
           fmt::format("cam{}: no corner in {} of {} parts of its image: show the target there", c,
                       open, kColumns * kRows));
     }
@@ -221,12 +226,13 @@ void find_missing_views(CamerasReport& report) {
     constexpr std::array kSigns = {"", "-", "", "-"};
     for (std::size_t k = 0; k < tilts.size(); ++k) {
       if (tilts[k] >= kWantedTilt) continue;
-      report.missing.push_back(fmt::format(
+      missing.push_back(fmt::format(
           "cam{}: the target leans by at most {:.0f} degrees about the camera's {}{} axis: turn it "
           "by {:.0f} degrees more",
           c, tilts[k] * kDegrees, kSigns[k], kAxes[k], (kWantedTilt - tilts[k]) * kDegrees));
     }
   }
+  return missing;
 }
 
 Json cameras_json(const CamerasReport& report) {
@@ -272,7 +278,7 @@ std::string cameras_text(const CamerasReport& report) {
   const std::vector<std::string> names = layout.names();
   std::string text;
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
-    const CameraViews views = views_of(calibration, c);
+    const CameraViews views = views_of(calibration.views, c);
     const ProjectionSummary projection = projection_summary(calibration, c);
     text += fmt::format("cam{}: {}, {} views, {} corners, error {:.3f} px", c,
                         name_of(form_of(calibration.cameras[c])), views.views.size(), views.corners,

@@ -38,11 +38,14 @@ void calibrate_with_report(CamerasReport& report,
 
 /// A view with a larger root mean square error is suspicious: four times that of the median view
 /// [px].
-double suspicious_rms(const CamerasCalibration& calibration);
-/// Fills `suspicious`, one sentence a view.
-void find_suspicious_views(CamerasReport& report);
-/// Fills `missing`: parts of the image without corners, and tilts of the target that did not occur.
-void find_missing_views(CamerasReport& report);
+double suspicious_rms(const std::vector<ExplainedView>& views);
+/// A sentence on each suspicious view.
+std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& views);
+/// Parts of the images without corners, and tilts of the target that did not occur.
+std::vector<std::string> missing_views(const std::vector<Camera>& cameras,
+                                       const std::vector<ExplainedView>& views);
+/// u, v [px] and the uncertainty of the projection there [px, rad], of a grid of the image.
+nlohmann::ordered_json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance);
 
 /// The content of cameras.json (docs/calibration.md).
 nlohmann::ordered_json cameras_json(const CamerasReport& report);

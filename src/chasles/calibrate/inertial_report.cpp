@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
 
 namespace chasles {
@@ -113,13 +114,28 @@ InertialJson inertial_json(const InertialCalibration& calibration,
                            const std::vector<std::string>& missing,
                            const std::vector<std::string>& remarks) {
   InertialJson cameras = InertialJson::array();
+  const SE3 imu_T_cam0 = calibration.cameras[0].cam_T_imu.inverse();
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
     const Camera& camera = calibration.cameras[c];
-    cameras.push_back({{"lens", name_of(form_of(camera))},
-                       {"resolution", {camera.width, camera.height}},
-                       {"cam_T_imu", transform(camera.cam_T_imu)},
-                       {"time_offset_s", calibration.time_offsets[c]},
-                       {"readout_time_s", camera.shutter.readout}});
+    const int row = calibration.layout.lens_row(c), n = calibration.layout.lens(c).parameters();
+    std::vector<ExplainedView> views;
+    std::ranges::copy_if(
+        calibration.views, std::back_inserter(views),
+        [&](const ExplainedView& view) { return view.view.camera == static_cast<int>(c); });
+    std::size_t corners = 0;
+    for (const ExplainedView& view : views) corners += view.errors.size();
+    cameras.push_back(
+        {{"lens", name_of(form_of(camera))},
+         {"resolution", {camera.width, camera.height}},
+         {"cam_T_imu", transform(camera.cam_T_imu)},
+         {"cam_T_cam0", transform(camera.cam_T_imu * imu_T_cam0)},
+         {"time_offset_s", calibration.time_offsets[c]},
+         {"readout_time_s", camera.shutter.readout},
+         {"views", views.size()},
+         {"corners", corners},
+         {"rms_px", rms_of_views(views)},
+         {"rms_before_px", nullptr},
+         {"projection", projection_json(camera, calibration.covariance.block(row, row, n, n))}});
   }
   InertialJson parameters = InertialJson::array();
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
@@ -130,6 +146,8 @@ InertialJson inertial_json(const InertialCalibration& calibration,
                           {"sigma", std::sqrt(calibration.covariance(i, i))}});
   }
   return {{"instants", calibration.instants},
+          {"views", calibration.views.size()},
+          {"views_without_pose", calibration.alone.without_pose},
           {"seconds", calibration.seconds},
           {"rms_px", rms_of_views(calibration.views)},
           {"pixel_sigma_px", calibration.pixel_sigma},
@@ -143,6 +161,7 @@ InertialJson inertial_json(const InertialCalibration& calibration,
           {"cameras", std::move(cameras)},
           {"parameters", std::move(parameters)},
           {"covariance", rows_of(calibration.covariance)},
+          {"suspicious", suspicious_views(calibration.views)},
           {"missing", missing},
           {"remarks", remarks}};
 }
@@ -164,7 +183,8 @@ std::string run_settings(const InertialCalibration& calibration) {
     if (layout.lens(c).coefficients > 0) lens = std::max(lens, sigmas[first + 4]);
   }
   std::string text = fmt::format(
-      "# Made by `chasles calibrate imu-cameras`: for `chasles run --config`, with this calibration.\n"
+      "# Made by `chasles calibrate imu-cameras`: for `chasles run --config`, with this "
+      "calibration.\n"
       "calibrate_extrinsics: considered\n"
       "initial_extrinsic_rotation_sigma: {:.3g}\n"
       "initial_extrinsic_translation_sigma: {:.3g}\n"

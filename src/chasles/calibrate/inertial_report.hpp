@@ -22,8 +22,8 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration);
 nlohmann::ordered_json inertial_json(const InertialCalibration& calibration,
                                      const std::vector<std::string>& missing,
                                      const std::vector<std::string>& remarks);
-/// Settings with which a run counts the uncertainty of this calibration (`chasles run --config`): its
-/// parts as considered states, with the largest sigma of each kind, of a lens that of its first
+/// Settings with which a run counts the uncertainty of this calibration (`chasles run --config`):
+/// its parts as considered states, with the largest sigma of each kind, of a lens that of its first
 /// coefficient.
 std::string run_settings(const InertialCalibration& calibration);
 /// The table of the terminal.

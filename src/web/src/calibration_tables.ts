@@ -27,12 +27,14 @@ function halvesCell(parameter: Parameter): Child {
 }
 
 export function parameterTable(parameters: Parameter[]): HTMLElement {
-  return table('Parameters', ['Parameter', 'Value', 'σ', 'Unit', 'Halves differ by'], parameters.map((p) => [
+  const hasHalves = parameters.some((p) => Number.isFinite(halvesRatio(p)));
+  const head = ['Parameter', 'Value', 'σ', 'Unit', ...(hasHalves ? ['Halves differ by'] : [])];
+  return table('Parameters', head, parameters.map((p) => [
     p.name,
     strong(fixed(p.value, digitsOf(p.sigma))),
     number(p.sigma, 2),
     p.unit === UNITLESS ? '' : p.unit,
-    halvesCell(p),
+    ...(hasHalves ? [halvesCell(p)] : []),
   ]));
 }
 
