@@ -53,6 +53,8 @@ void write_result(CamerasReport& report, const fs::path& folder) {
 }
 
 int calibrate_by_views(const CamerasOptions& o) {
+  check_is_new(o.out);
+  const std::vector<LensForm> candidates = candidate_lenses(o.views);
   const Interrupt interrupt;
   CamerasReport report;
   CamerasInput& input = report.input;
@@ -62,7 +64,7 @@ int calibrate_by_views(const CamerasOptions& o) {
         is_target_images(path) ? read_target_images(path) : read_recording(path);
     gather_views(o.views, recording, interrupt, input, report.remarks);
   }
-  calibrate_with_report(report, std::vector(input.cameras.size(), candidate_lenses(o.views)),
+  calibrate_with_report(report, std::vector(input.cameras.size(), candidates),
                         o.views.from_nothing);
   if (!o.out.empty()) write_result(report, o.out);
   if (o.json) {

@@ -8,6 +8,7 @@
 #include <chasles/recording/calibration_to_write.hpp>
 
 #include "calibrate_commands.hpp"
+#include "calibrate_views.hpp"
 #include "options.hpp"
 #include "print.hpp"
 
@@ -21,17 +22,6 @@ struct ConvertOptions {
   double imu_rate = 0;  ///< [Hz]; 0: not given
   bool quiet = false;
 };
-
-// A calibration.yaml in a recording would calibrate its next run, and files of an earlier
-// conversion would stay beside those of this one.
-void check_is_new(const fs::path& folder) {
-  std::error_code ignored;
-  if (!fs::exists(folder, ignored)) return;
-  if (fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)) return;
-  throw UsageError(fmt::format(
-      "-o {}: is there and not empty, expected a new folder: remove it, or name another",
-      folder.string()));
-}
 
 int convert(const ConvertOptions& o) {
   check_is_new(o.output);

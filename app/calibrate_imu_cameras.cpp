@@ -3,6 +3,7 @@
 #include <memory>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/LU>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -56,15 +57,16 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
-// What is estimated are corrections of samples that the recording's own intrinsics corrected.
+// What is estimated corrects samples that the recording's own intrinsics corrected; without
+// g-sensitivity.
 ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& stated) {
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d force = I + correction.force, rate = I + correction.rate;
   return {.force = force * stated.force,
           .rate = rate * stated.rate,
-          .rate_of_force = rate * stated.rate_of_force + correction.rate_of_force * stated.force,
+          .rate_of_force = rate * stated.rate_of_force * force.inverse(),
           .force_bias = force * stated.force_bias,
-          .rate_bias = rate * stated.rate_bias - correction.rate_of_force * stated.force_bias};
+          .rate_bias = rate * stated.rate_bias};
 }
 
 // The files of all programs, on the base of what the recording states.
@@ -150,7 +152,19 @@ int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interr
   return interrupt.requested() ? Interrupt::kExitCode : 0;
 }
 
+void check_options(const ImuCamerasOptions& o) {
+  check_is_new(o.out);
+  candidate_lenses(o.views);
+  if (!o.views.target.empty()) return;
+  if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu) {
+    throw UsageError(
+        "--lens, --every, --gravity, --rolling and --exact-imu need --target: without it the "
+        "recording is estimated as `chasles run` does");
+  }
+}
+
 int calibrate_imu_cameras(const ImuCamerasOptions& o) {
+  check_options(o);
   const Interrupt interrupt;
   return o.views.target.empty() ? calibrate_without_target(o, interrupt)
                                 : calibrate_with_target(o, interrupt);

@@ -67,6 +67,13 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
                                  recording.cameras.size(), input.cameras.size(),
                                  o.recordings.front().string()));
   }
+  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
+    const Camera &first = input.cameras[c], &here = recording.cameras[c];
+    if (first.width == here.width && first.height == here.height) continue;
+    throw InputError(fmt::format("{}: cam{} has images of {} x {}, expected {} x {} as in {}",
+                                 recording.name, c, here.width, here.height, first.width,
+                                 first.height, o.recordings.front().string()));
+  }
   if (input.cameras.empty()) input.cameras = recording.cameras;
   ViewOptions options{.every = o.every, .threads = o.threads, .progress = {}};
   Progress bar(searched_frames(recording, options), o.quiet);
@@ -82,6 +89,10 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
                                   views.views.size(), recording.name));
   }
   for (const std::string& sentence : views.damaged) remarks.push_back(sentence);
+  for (std::size_t c = 0; c < views.seen.size(); ++c) {
+    remarks.push_back(fmt::format("{}, cam{}: the target is in {} of {} images", recording.name, c,
+                                  views.seen[c], views.frames));
+  }
   // Instants of two recordings are not the same.
   Time shift{};
   if (!input.views.empty() && !views.views.empty()) {
@@ -95,6 +106,18 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o) {
   return lens_candidates(o.lens, "--lens");
+}
+
+void check_is_new(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (folder.empty() || !std::filesystem::exists(folder, ignored)) return;
+  if (std::filesystem::is_directory(folder, ignored) &&
+      std::filesystem::is_empty(folder, ignored)) {
+    return;
+  }
+  throw UsageError(fmt::format(
+      "-o {}: is there and not empty, expected a new folder: remove it, or name another",
+      folder.string()));
 }
 
 std::vector<CalibrationView> page_views(const std::vector<ExplainedView>& views) {

@@ -35,6 +35,11 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 /// The lenses of the option. Throws UsageError.
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o);
 
+/// For results: a calibration.yaml in a recording would calibrate its next run, and files of an
+/// earlier calibration would stay beside those of this one. Throws UsageError for a folder that is
+/// not empty.
+void check_is_new(const std::filesystem::path& folder);
+
 /// What the page of a calibration draws of its views.
 std::vector<CalibrationView> page_views(const std::vector<ExplainedView>& views);
 

@@ -501,6 +501,16 @@ void check_input(const CamerasInput& input) {
           view.camera, view.ids.size(), view.pixels.size(), input.cameras.size(),
           input.corners.size() - 1));
     }
+    const Camera& size = input.cameras[static_cast<std::size_t>(view.camera)];
+    const auto is_outside = [&](const Vector2d& p) {
+      return p.allFinite() &&
+             (p.x() < -1 || p.y() < -1 || p.x() > size.width || p.y() > size.height);
+    };
+    if (const auto out = std::ranges::find_if(view.pixels, is_outside); out != view.pixels.end()) {
+      throw InputError(fmt::format(
+          "cam{}: found a corner at ({:.6g}, {:.6g}) px, expected it in the image of {} x {}",
+          view.camera, out->x(), out->y(), size.width, size.height));
+    }
     if (!std::ranges::all_of(view.pixels, [](const Vector2d& p) { return p.allFinite(); })) {
       throw UsageError(
           fmt::format("calibrate_cameras: a view of camera {} has a pixel that is not "
@@ -519,9 +529,14 @@ AloneCamera first_calibration(const CamerasInput& input, std::size_t c,
                     "expected {}",
                     of, views.size(), kLeastCorners, kLeastViews));
   }
-  const std::optional<Camera> guess = input.cameras[c].fx > 0
-                                          ? std::optional(input.cameras[c])
-                                          : guessed_camera(input.cameras[c], input.corners, views);
+  if (input.cameras[c].fx > 0) {
+    try {
+      return calibrated_alone(input.cameras[c], input.lenses[c], input.corners, views, of);
+    } catch (const InputError&) {
+      // A lens that is far off is worse than none.
+    }
+  }
+  const std::optional<Camera> guess = guessed_camera(input.cameras[c], input.corners, views);
   if (!guess) {
     throw InputError(
         fmt::format("{}: no lens explains the corners: is it this target, and are its "

@@ -80,6 +80,28 @@ Eigen::VectorXd differences(const CamerasCalibration& a, const CamerasCalibratio
   return result;
 }
 
+// Evenly over the recording: more say little about which lens it is.
+std::vector<TargetView> some_of(const std::vector<TargetView>& views) {
+  constexpr std::size_t kEnough = 240;
+  if (views.size() <= kEnough) return views;
+  std::vector<TargetView> some;
+  for (std::size_t i = 0; i < kEnough; ++i) some.push_back(views[i * views.size() / kEnough]);
+  return some;
+}
+
+// The one of fewest parameters among those that predict nearly as well as the best; null: none has
+// a calibration.
+LensTrial* preferred(std::vector<LensTrial>& trials) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const LensTrial& trial : trials) least = std::fmin(least, trial.held_out_rms);
+  LensTrial* best = nullptr;
+  for (LensTrial& trial : trials) {
+    if (!(trial.held_out_rms <= kAlike * least)) continue;
+    if (best == nullptr || trial.lens.parameters() < best->lens.parameters()) best = &trial;
+  }
+  return best;
+}
+
 }  // namespace
 
 HalvesComparison compare_halves(const CamerasInput& input) {
@@ -113,34 +135,37 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
     alone.views.push_back(view);
     alone.views.back().camera = 0;
   }
+  CamerasInput trials = alone;
+  trials.views = some_of(alone.views);
   LensChoice choice;
-  double least = std::numeric_limits<double>::infinity();
   for (const LensForm& lens : candidates) {
     LensTrial trial{.lens = lens, .held_out_rms = kNaN, .fault = {}};
-    alone.lenses = {lens};
+    trials.lenses = {lens};
     try {
       Squares squares;
-      const std::vector<CamerasInput> halves = halves_of(alone);
+      const std::vector<CamerasInput> halves = halves_of(trials);
       add_held_out(calibrate_cameras(halves[0]).cameras, halves[1], squares);
       add_held_out(calibrate_cameras(halves[1]).cameras, halves[0], squares);
       trial.held_out_rms = squares.rms();
-      least = std::min(least, trial.held_out_rms);
     } catch (const InputError& error) {
       trial.fault = error.what();
     }
     choice.trials.push_back(trial);
   }
-  const LensTrial* best = nullptr;
-  for (const LensTrial& trial : choice.trials) {
-    if (!(trial.held_out_rms <= kAlike * least)) continue;
-    if (best == nullptr || trial.lens.parameters() < best->lens.parameters()) best = &trial;
+  // Halves may determine a lens that all views do not.
+  while (LensTrial* const best = preferred(choice.trials)) {
+    alone.lenses = {best->lens};
+    try {
+      calibrate_cameras(alone);
+      choice.lens = best->lens;
+      return choice;
+    } catch (const InputError& error) {
+      best->fault = error.what();
+      best->held_out_rms = kNaN;
+    }
   }
-  if (best == nullptr) {
-    throw InputError(fmt::format("cam{}: none of {} lenses has a calibration; the last: {}", camera,
-                                 candidates.size(), choice.trials.back().fault));
-  }
-  choice.lens = best->lens;
-  return choice;
+  throw InputError(fmt::format("cam{}: none of {} lenses has a calibration; the last: {}", camera,
+                               candidates.size(), choice.trials.back().fault));
 }
 
 std::vector<LensForm> common_lenses() {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -31,6 +32,8 @@ using Matrix32d = Eigen::Matrix<double, 3, 2>;
 
 constexpr double kLongestLink = 1;        // without views the chain is cut [s]
 constexpr double kMostUnexplained = 0.3;  // of the rates, for a first alignment
+constexpr double kMostForce = 0.2;        // relative error of its mean
+constexpr double kMostSurprise = 10;      // of a scale, in its sigmas before any view
 constexpr double kStale = 0.0005;         // change of an offset after which links begin anew [s]
 // Of the first state and of the parameters, before any view.
 constexpr double kAccelerometerBiasSigma = 0.5, kGyroscopeBiasSigma = 0.1, kVelocitySigma = 10;
@@ -453,6 +456,14 @@ InertialRig first_rig(const InertialCalibrationInput& input, const CamerasCalibr
     x.states.push_back(state);
     force += state.world_T_imu.R * buffer.at(instant.time)->specific_force_imu;
   }
+  // Accelerations are zero in the mean.
+  const double mean_force = force.norm() / static_cast<double>(instants.size());
+  if (std::abs(mean_force / input.gravity - 1) > kMostForce) {
+    throw InputError(fmt::format(
+        "the mean of the specific force in the target's frame is {:.3g} m/s^2, expected about "
+        "{:.3g}: are the samples in m/s^2, with gravity, and in the axes of the gyroscope?",
+        mean_force, input.gravity));
+  }
   x.gravity = -input.gravity * force.normalized();
   for (std::size_t k = 0; k < x.states.size(); ++k) {
     const std::size_t a = k > 0 ? k - 1 : k, b = k + 1 < x.states.size() ? k + 1 : k;
@@ -486,6 +497,30 @@ RotationAlignment alignment_of(const InertialCalibrationInput& input,
         100 * alignment->unexplained, 100 * kMostUnexplained));
   }
   return *alignment;
+}
+
+// A sensor that is read the other way round has a negative readout time, and its first line last.
+void flip_negative_readout(Camera& camera, double& time_offset) {
+  Shutter& shutter = camera.shutter;
+  if (shutter.readout >= 0) return;
+  using enum ReadoutDirection;
+  const bool by_rows = shutter.direction == kDown || shutter.direction == kUp;
+  time_offset += shutter.readout * (1 - 1.0 / (by_rows ? camera.height : camera.width));
+  shutter.readout = -shutter.readout;
+  shutter.direction = shutter.direction == kDown    ? kUp
+                      : shutter.direction == kUp    ? kDown
+                      : shutter.direction == kRight ? kLeft
+                                                    : kRight;
+}
+
+VectorXd prior_sigmas(const InertialCalibrationInput& input, const InertialLayout& layout,
+                      const ImuCorrection& imu) {
+  VectorXd sigmas = VectorXd::Constant(layout.rows(), std::numeric_limits<double>::infinity());
+  for (int i = 0; i < imu.size(); ++i) {
+    sigmas[layout.imu_row() + i] = i < ImuCorrection::kScales ? kScaleSigma : kMisalignmentSigma;
+  }
+  sigmas.tail(layout.shape_rows()) = input.cameras.shape.sigma;
+  return sigmas;
 }
 
 VectorXd inertial_values(const InertialRig& x, const InertialLayout& layout) {
@@ -631,6 +666,19 @@ InertialCalibration calibrate_inertial(const InertialCalibrationInput& input) {
       .seconds = to_seconds(problem.instants().back().time - problem.instants().front().time),
       .iterations = iterations,
       .views = {}};
+  result.prior_sigmas = prior_sigmas(input, layout, x.imu);
+  for (int i = 0; i < std::min(x.imu.size(), ImuCorrection::kScales); ++i) {
+    const int row = layout.imu_row() + i;
+    if (std::abs(result.values[row]) <= kMostSurprise * result.prior_sigmas[row]) continue;
+    throw InputError(fmt::format(
+        "{} would be {:.3g}, expected {:.2g} at most: are units and axes of the IMU, and the size "
+        "of the target, right?",
+        result.names[static_cast<std::size_t>(row)], result.values[row],
+        kMostSurprise * result.prior_sigmas[row]));
+  }
+  for (std::size_t c = 0; layout.has_readout() && c < result.cameras.size(); ++c) {
+    flip_negative_readout(result.cameras[c], result.time_offsets[c]);
+  }
   result.covariance =
       T * factor.solve(MatrixXd::Identity(layout.rows(), layout.rows())) * T.transpose();
   for (std::size_t k = 0; k < x.states.size(); ++k) {

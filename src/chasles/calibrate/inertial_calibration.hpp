@@ -64,6 +64,8 @@ struct InertialCalibration {
   std::vector<std::string> names;      ///< of the rows
   Eigen::VectorXd values;              ///< of rotations: the rotation vector
   Eigen::MatrixXd covariance;          ///< of the parameters
+  /// Of each before any view; infinite where nothing was known.
+  Eigen::VectorXd prior_sigmas = {};
   InertialLayout layout;
   CamerasCalibration alone;       ///< the cameras without the IMU
   double pixel_sigma = 0;         ///< robust scatter of a corner's u or v [px]

@@ -63,13 +63,23 @@ InertialJson transform(const SE3& pose) {
 std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
                                         const InertialCalibration& calibration) {
   Eigen::Vector3d turning = Eigen::Vector3d::Zero(), force = turning, mean = turning;
+  // Of the samples that have views.
+  std::vector<ImuSample> samples;
+  const Time offset(static_cast<std::int64_t>(1e9 * calibration.time_offsets[0]));
   for (const ImuSample& sample : input.imu) {
+    if (!calibration.views.empty() && sample.time >= calibration.views.front().view.time + offset &&
+        sample.time <= calibration.views.back().view.time + offset) {
+      samples.push_back(sample);
+    }
+  }
+  if (samples.empty()) return {};
+  const auto count = static_cast<double>(samples.size());
+  for (const ImuSample& sample : samples) {
     turning += (sample.angular_rate_imu - calibration.biases.tail<3>()).cwiseAbs2();
     mean += sample.specific_force_imu;
   }
-  const auto count = static_cast<double>(input.imu.size());
   mean /= count;
-  for (const ImuSample& sample : input.imu) {
+  for (const ImuSample& sample : samples) {
     force += (sample.specific_force_imu - mean).cwiseAbs2();
   }
   std::vector<std::string> missing;
@@ -106,6 +116,15 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration) 
         fmt::format("the residuals of the {} are {:.0f} times its stated noise, "
                     "expected about 1: {}?",
                     sensor, factor, cause));
+  }
+  constexpr double kSurprising = 2.5;
+  for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
+    const double sigmas = std::abs(calibration.values[i]) / calibration.prior_sigmas[i];
+    if (!(sigmas > kSurprising)) continue;
+    found.push_back(fmt::format(
+        "{} is {:.3g}, {:.1f} times what is common: are tagSize, tagSpacing and the other sizes of "
+        "the target right, and units and axes of the IMU?",
+        calibration.names[static_cast<std::size_t>(i)], calibration.values[i], sigmas));
   }
   return found;
 }
@@ -203,12 +222,20 @@ std::string inertial_text(const InertialCalibration& calibration,
                           const std::vector<std::string>& remarks) {
   std::string text = fmt::format(
       "{} instants in {:.1f} s, error {:.3f} px; noise of the IMU {:.1f} (gyroscope) and {:.1f} "
-      "(accelerometer) times the stated one\n",
+      "(accelerometer) times the stated one; variances {:.1f} times those of independent corners\n",
       calibration.instants, calibration.seconds, rms_of_views(calibration.views),
-      calibration.gyroscope_factor, calibration.accelerometer_factor);
+      calibration.gyroscope_factor, calibration.accelerometer_factor,
+      calibration.correlation_factor);
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    text += fmt::format("cam{}: {}\n", c, name_of(form_of(calibration.cameras[c])));
+  }
+  const Eigen::Vector3d& g = calibration.gravity_target;
+  text += fmt::format("gravity in the target's frame: {:.4f} {:.4f} {:.4f} m/s^2\n", g.x(), g.y(),
+                      g.z());
   text += fmt::format("{:<36}{:>14}{:>12}\n", "parameter", "value", "sigma");
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
     const std::string& name = calibration.names[static_cast<std::size_t>(i)];
+    if (name.starts_with("gravity")) continue;  // its direction is above
     text += fmt::format("{:<36}{:>14.6g}{:>12.3g} {}\n", name, calibration.values[i],
                         std::sqrt(calibration.covariance(i, i)), unit_of_parameter(name));
   }
