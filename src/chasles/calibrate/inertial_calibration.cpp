@@ -33,7 +33,7 @@ using Matrix32d = Eigen::Matrix<double, 3, 2>;
 constexpr double kLongestLink = 1;        // without views the chain is cut [s]
 constexpr double kMostUnexplained = 0.3;  // of the rates, for a first alignment
 constexpr double kMostForce = 0.2;        // relative error of its mean
-constexpr double kMostSurprise = 10;      // of a scale, in its sigmas before any view
+constexpr double kMostScaleSigmas = 10;   // of a scale, in its sigmas before any view
 constexpr double kStale = 0.0005;         // change of an offset after which links begin anew [s]
 // Of the first state and of the parameters, before any view.
 constexpr double kAccelerometerBiasSigma = 0.5, kGyroscopeBiasSigma = 0.1, kVelocitySigma = 10;
@@ -669,12 +669,12 @@ InertialCalibration calibrate_inertial(const InertialCalibrationInput& input) {
   result.prior_sigmas = prior_sigmas(input, layout, x.imu);
   for (int i = 0; i < std::min(x.imu.size(), ImuCorrection::kScales); ++i) {
     const int row = layout.imu_row() + i;
-    if (std::abs(result.values[row]) <= kMostSurprise * result.prior_sigmas[row]) continue;
+    if (std::abs(result.values[row]) <= kMostScaleSigmas * result.prior_sigmas[row]) continue;
     throw InputError(fmt::format(
         "{} would be {:.3g}, expected {:.2g} at most: are units and axes of the IMU, and the size "
         "of the target, right?",
         result.names[static_cast<std::size_t>(row)], result.values[row],
-        kMostSurprise * result.prior_sigmas[row]));
+        kMostScaleSigmas * result.prior_sigmas[row]));
   }
   for (std::size_t c = 0; layout.has_readout() && c < result.cameras.size(); ++c) {
     flip_negative_readout(result.cameras[c], result.time_offsets[c]);

@@ -117,10 +117,10 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration) 
                     "expected about 1: {}?",
                     sensor, factor, cause));
   }
-  constexpr double kSurprising = 2.5;
+  constexpr double kInconsistent = 2.5;
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
     const double sigmas = std::abs(calibration.values[i]) / calibration.prior_sigmas[i];
-    if (!(sigmas > kSurprising)) continue;
+    if (!(sigmas > kInconsistent)) continue;
     found.push_back(fmt::format(
         "{} is {:.3g}, {:.1f} times what is common: are tagSize, tagSpacing and the other sizes of "
         "the target right, and units and axes of the IMU?",

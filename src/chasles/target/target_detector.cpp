@@ -182,7 +182,10 @@ TargetDetection TargetDetector::detect(const GrayImage& image) const {
   remove_misplaced(target_, corners);
   add_missing(target_, pieces.smooth, pieces.points, corners);
   fill_view(target_, pieces.image, corners, result);
-  if (target_.kind == TargetKind::checkerboard && result.view.ids.size() != corners_.size()) {
+  // Which corner is which is certain where the lattice is whole; of some the place may not be.
+  const bool is_whole =
+      corners.size() == corners_.size() && 2 * result.view.ids.size() >= corners_.size();
+  if (target_.kind == TargetKind::checkerboard && !is_whole) {
     result.view = {};
     result.sigmas = {};
   }

@@ -25,7 +25,8 @@ struct TargetDetection {
 
 /// Finds the corners of a target in images of any lens. A view holds no corner twice, and only
 /// corners whose place on the board is certain: by tags that were read and squares that connect
-/// them, or by all corners of a checkerboard. A board with tags may be partly visible.
+/// them, or by the whole lattice of a checkerboard, of which single corners may be
+/// too uncertain. A board with tags may be partly visible.
 ///
 /// Corners are saddle points between straight edges, which form quads that share edges; the tags in
 /// the quads say where they are on the board (the position in the image by refined_corner()). The
