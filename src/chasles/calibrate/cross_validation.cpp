@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibrate/camera_guess.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
 #include <chasles/calibrate/target_pose.hpp>
@@ -137,6 +138,12 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
   }
   CamerasInput trials = alone;
   trials.views = some_of(alone.views);
+  // Each search begins at the same guess, which takes longer than a search.
+  std::vector<const TargetView*> guessed;
+  for (const TargetView& view : trials.views) guessed.push_back(&view);
+  if (const auto guess = guessed_camera(alone.cameras[0], input.corners, guessed)) {
+    trials.cameras = {*guess};
+  }
   LensChoice choice;
   for (const LensForm& lens : candidates) {
     LensTrial trial{.lens = lens, .held_out_rms = kNaN, .fault = {}};
@@ -152,11 +159,11 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
     }
     choice.trials.push_back(trial);
   }
-  // Halves may determine a lens that all views do not.
+  // Halves may determine a lens that they do not together.
   while (LensTrial* const best = preferred(choice.trials)) {
-    alone.lenses = {best->lens};
+    trials.lenses = {best->lens};
     try {
-      calibrate_cameras(alone);
+      calibrate_cameras(trials);
       choice.lens = best->lens;
       return choice;
     } catch (const InputError& error) {

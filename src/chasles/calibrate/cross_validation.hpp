@@ -34,8 +34,8 @@ struct LensTrial {
 
 /// Calibrates one camera with each of the lenses, by 240 views at most. All of them count in each
 /// trial: where a lens has no pose for a view, the error is that of a missing corner, 10 px. The
-/// best is the one of fewest parameters whose error is within 1 % of the least, and which all views
-/// determine.
+/// best is the one of fewest parameters whose error is within 1 % of the least, and which they
+/// determine together.
 struct LensChoice {
   LensForm lens;
   std::vector<LensTrial> trials;
