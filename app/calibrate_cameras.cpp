@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -59,6 +60,14 @@ int calibrate_by_views(const CamerasOptions& o) {
   CamerasReport report;
   CamerasInput& input = report.input;
   input = input_for(read_target(o.views.target));
+  for (auto path = o.views.recordings.begin(); path != o.views.recordings.end(); ++path) {
+    if (std::find(o.views.recordings.begin(), path, *path) != path) {
+      throw UsageError(
+          fmt::format("{}: is there twice, expected each recording once: its views "
+                      "would count as independent ones",
+                      path->string()));
+    }
+  }
   for (const fs::path& path : o.views.recordings) {
     const Recording recording =
         is_target_images(path) ? read_target_images(path) : read_recording(path);

@@ -94,16 +94,13 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
   const Recording recording = read_recording(o.views.recordings.front());
   InertialCalibrationInput input = inertial_input(o, recording);
   gather_views(o.views, recording, interrupt, input.cameras, remarks);
-  const std::vector<LensForm> candidates = candidate_lenses(o.views);
-  for (std::size_t c = 0; c < input.cameras.cameras.size(); ++c) {
-    if (o.views.from_nothing) input.cameras.cameras[c].fx = 0;
-    input.cameras.lenses.push_back(
-        candidates.size() > 1 ? choose_lens(input.cameras, c, candidates).lens : candidates[0]);
-  }
+  choose_lenses(input.cameras, std::vector(input.cameras.cameras.size(), candidate_lenses(o.views)),
+                o.views.from_nothing);
   const InertialCalibration found = calibrate_inertial(input);
   std::vector<std::string> missing = missing_motion(input, found);
   std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(missing));
   for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
+  if (std::string few = few_pieces(found.pieces); !few.empty()) remarks.push_back(std::move(few));
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
   if (!o.out.empty()) {
     write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);

@@ -93,6 +93,12 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
     remarks.push_back(fmt::format("{}, cam{}: the target is in {} of {} images", recording.name, c,
                                   views.seen[c], views.frames));
   }
+  if (std::ranges::all_of(views.seen, [](std::size_t images) { return images == 0; })) {
+    throw InputError(fmt::format("{}: the target is in none of {} images{}{}", recording.name,
+                                 views.frames,
+                                 views.lacks.empty() ? "" : "; the first that has a part of it: ",
+                                 views.lacks.empty() ? std::string() : views.lacks.front()));
+  }
   // Instants of two recordings are not the same.
   Time shift{};
   if (!input.views.empty() && !views.views.empty()) {

@@ -11,8 +11,8 @@
 #include <chasles/base/median.hpp>
 #include <chasles/calibrate/camera_guess.hpp>
 #include <chasles/calibrate/cameras_calibration.hpp>
-#include <chasles/calibrate/chain_equations.hpp>
 #include <chasles/calibrate/corner_loss.hpp>
+#include <chasles/calibrate/correlated_errors_detail.hpp>
 #include <chasles/calibrate/levenberg_marquardt.hpp>
 #include <chasles/calibrate/target_pose.hpp>
 #include <chasles/lie/so3.hpp>
@@ -25,7 +25,15 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLossSigmas = 3;     // where Huber's loss begins
+using calibrate_detail::columns_from;
+using calibrate_detail::correlation_factor;
+using calibrate_detail::independent_pieces;
+using calibrate_detail::Instant;
+using calibrate_detail::instants_of;
+using calibrate_detail::LinearisedRig;
+using calibrate_detail::RigProblem;
+using calibrate_detail::RigState;
+
 constexpr double kFirstWidth = 3;     // of the loss before the noise is known [px]
 constexpr double kLeastSigma = 0.01;  // of corners without noise [px]
 constexpr std::size_t kLeastCorners = 4;
@@ -35,173 +43,6 @@ struct PosedView {
   const TargetView* view;
   SE3 cam_T_target;
 };
-
-// The views of an instant, whose target has one pose.
-struct Instant {
-  Time time{};
-  std::vector<const TargetView*> views;
-};
-
-struct RigState {
-  std::vector<Camera> cameras;     // cam_T_imu: cam_T_cam0
-  std::vector<SE3> cam0_T_target;  // of each instant
-  VectorXd shape = VectorXd(0);
-};
-
-// The corners of a target of unknown shape.
-class ShapedCorners {
- public:
-  ShapedCorners(const std::vector<Vector3d>& drawn, const TargetShape& shape)
-      : drawn_(drawn), shape_(shape) {}
-
-  Eigen::Index parameters() const { return shape_.sigma.size(); }
-  const VectorXd& sigma() const { return shape_.sigma; }  // before any view
-  Vector3d at(int id, const VectorXd& shape) const {
-    const Vector3d& drawn = drawn_[static_cast<std::size_t>(id)];
-    return shape.size() > 0 ? Vector3d(drawn + by_parameters(id) * shape) : drawn;
-  }
-  const Eigen::Matrix<double, 3, Eigen::Dynamic>& by_parameters(int id) const {
-    return shape_.by_parameters[static_cast<std::size_t>(id)];
-  }
-
- private:
-  const std::vector<Vector3d>& drawn_;
-  const TargetShape& shape_;
-};
-
-struct RigLinearised {
-  ChainEquations equations;
-  double cost = 0;
-
-  std::optional<ChainEquations::Step> solve(double damping) const {
-    return equations.solve(damping);
-  }
-};
-
-class RigProblem {
- public:
-  RigProblem(const ShapedCorners& corners, std::vector<Instant> instants,
-             const CamerasLayout& layout)
-      : corners_(corners), instants_(std::move(instants)), layout_(layout) {}
-
-  const ShapedCorners& corners() const { return corners_; }
-
-  const std::vector<Instant>& instants() const { return instants_; }
-  double sigma = 1;  // of a pixel
-
-  std::optional<RigLinearised> linearised(const RigState& x) const {
-    RigLinearised result{{instants_.size(), 6, layout_.rows()}, 0};
-    for (std::size_t k = 0; k < instants_.size(); ++k) {
-      for (const TargetView* view : instants_[k].views) {
-        if (!add(x, k, *view, result)) return std::nullopt;
-      }
-    }
-    for (std::size_t c = 0; c < x.cameras.size(); ++c) {
-      for (const LensPrior& prior : lens_priors(layout_.lens(c))) {
-        const double value = lens_parameters(x.cameras[c])[prior.parameter];
-        const VectorXd r = VectorXd::Constant(1, (value - prior.mean) / prior.sigma);
-        const std::vector<int> column = {layout_.lens_row(c) + prior.parameter};
-        result.equations.add_border(MatrixXd::Constant(1, 1, 1 / prior.sigma), column, r);
-        result.cost += r.squaredNorm() / 2;
-      }
-    }
-    if (corners_.parameters() > 0) {
-      const VectorXd inverse = corners_.sigma().cwiseInverse();
-      const VectorXd r = x.shape.cwiseProduct(inverse);
-      std::vector<int> columns(static_cast<std::size_t>(r.size()));
-      std::iota(columns.begin(), columns.end(), layout_.shape_row());
-      result.equations.add_border(MatrixXd(inverse.asDiagonal()), columns, r);
-      result.cost += r.squaredNorm() / 2;
-    }
-    return result;
-  }
-
-  std::optional<RigState> moved(const RigState& x, const ChainEquations::Step& step) const {
-    RigState next = x;
-    for (std::size_t c = 0; c < x.cameras.size(); ++c) {
-      const VectorXd lens = step.border.segment(layout_.lens_row(c), layout_.lens(c).parameters());
-      const auto camera = chasles::moved(x.cameras[c], lens);
-      if (!camera) return std::nullopt;
-      next.cameras[c] = *camera;
-      if (c == 0) continue;
-      move(next.cameras[c].cam_T_imu, step.border.segment<6>(layout_.pose_row(c)));
-    }
-    next.shape += step.border.tail(corners_.parameters());
-    for (std::size_t k = 0; k < instants_.size(); ++k) move(next.cam0_T_target[k], step.blocks[k]);
-    return next;
-  }
-
- private:
-  static void move(SE3& pose, const Vector6d& d) {
-    pose = {so3::normalized(so3::exp(d.head<3>()) * pose.R), pose.p + d.tail<3>()};
-  }
-
-  bool add(const RigState& x, std::size_t instant, const TargetView& view,
-           RigLinearised& result) const {
-    const auto c = static_cast<std::size_t>(view.camera);
-    const Camera& camera = x.cameras[c];
-    const SE3& cam_T_cam0 = camera.cam_T_imu;
-    const SE3& cam0_T_target = x.cam0_T_target[instant];
-    const int lens = layout_.lens(c).parameters(), pose = c > 0 ? 6 : 0;
-    const int shape = layout_.shape_rows(), border = lens + pose + shape;
-    const MatrixXd by_coordinates = by_search_coordinates(
-        layout_.lens(c), search_coordinates(layout_.lens(c), lens_parameters(camera)));
-    const auto rows = 2 * static_cast<Eigen::Index>(view.ids.size());
-    MatrixXd by_pose(rows, 6), by_border(rows, border);
-    VectorXd r(rows);
-    for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      const Vector3d arm = cam0_T_target.R * corners_.at(view.ids[i], x.shape);
-      const Vector3d turned = cam_T_cam0.R * (arm + cam0_T_target.p);
-      const Vector3d p_cam = turned + cam_T_cam0.p;
-      const auto image = project(camera, p_cam);
-      if (!image) return false;
-      const auto row = 2 * static_cast<Eigen::Index>(i);
-      const Vector2d error = (image->pixel - view.pixels[i]) / sigma;
-      const WeightedCorner w = weighted_corner(error.norm());
-      const double factor = w.root_weight / sigma;
-      const Eigen::Matrix<double, 2, 3> by_cam0 = factor * image->d_point * cam_T_cam0.R;
-      by_pose.block<2, 3>(row, 0) = -by_cam0 * hat(arm);
-      by_pose.block<2, 3>(row, 3) = by_cam0;
-      by_border.block(row, 0, 2, lens) =
-          factor * *parameter_derivative(camera, p_cam) * by_coordinates;
-      if (c > 0) {
-        by_border.block<2, 3>(row, lens) = -factor * image->d_point * hat(turned);
-        by_border.block<2, 3>(row, lens + 3) = factor * image->d_point;
-      }
-      if (shape > 0) {
-        by_border.block(row, lens + pose, 2, shape) =
-            by_cam0 * cam0_T_target.R * corners_.by_parameters(view.ids[i]);
-      }
-      r.segment<2>(row) = w.root_weight * error;
-      result.cost += w.cost;
-    }
-    std::vector<int> columns(static_cast<std::size_t>(border));
-    std::iota(columns.begin(), columns.end(), layout_.lens_row(c));  // the pose follows the lens
-    for (int i = lens + pose; i < border; ++i) {
-      columns[static_cast<std::size_t>(i)] = layout_.shape_row() + i - lens - pose;
-    }
-    result.equations.add(instant, by_pose, by_border, columns, r);
-    return true;
-  }
-
-  const ShapedCorners& corners_;
-  std::vector<Instant> instants_;
-  CamerasLayout layout_;
-};
-
-std::vector<Instant> instants_of(std::vector<const TargetView*> views) {
-  std::ranges::stable_sort(views, [](const TargetView* a, const TargetView* b) {
-    return std::pair(a->time, a->camera) < std::pair(b->time, b->camera);
-  });
-  std::vector<Instant> instants;
-  for (const TargetView* view : views) {
-    if (instants.empty() || instants.back().time != view->time) {
-      instants.push_back({view->time, {}});
-    }
-    instants.back().views.push_back(view);
-  }
-  return instants;
-}
 
 std::vector<const TargetView*> of_camera(const std::vector<const TargetView*>& views, int camera) {
   std::vector<const TargetView*> result;
@@ -244,7 +85,7 @@ Solved solved(RigProblem& problem, const CamerasLayout& layout, RigState state,
               const std::string& of) {
   constexpr int kRounds = 8;
   Solved result;
-  problem.sigma = kFirstWidth / kLossSigmas;
+  problem.set_sigma(kFirstWidth / kLossSigmas);
   for (int round = 0; round < kRounds; ++round) {
     const auto found = minimised(
         state, [&](const RigState& x) { return problem.linearised(x); },
@@ -258,9 +99,9 @@ Solved solved(RigProblem& problem, const CamerasLayout& layout, RigState state,
     }
     state = found->state;
     result.iterations += found->iterations;
-    result.squares = found->linearised.cost * problem.sigma * problem.sigma;
+    result.squares = found->linearised.cost * problem.sigma() * problem.sigma();
     const double sigma = scatter(problem, state, layout.rows());
-    const bool is_known = std::abs(sigma - problem.sigma) < 0.01 * problem.sigma;
+    const bool is_known = std::abs(sigma - problem.sigma()) < 0.01 * problem.sigma();
     if (is_known || round + 1 == kRounds) {
       if (!found->converged) {
         throw InputError(fmt::format(
@@ -271,10 +112,10 @@ Solved solved(RigProblem& problem, const CamerasLayout& layout, RigState state,
       }
       break;
     }
-    problem.sigma = sigma;
+    problem.set_sigma(sigma);
   }
   result.state = std::move(state);
-  result.sigma = problem.sigma;
+  result.sigma = problem.sigma();
   return result;
 }
 
@@ -459,29 +300,6 @@ ExplainedView explained(const RigState& x, std::size_t instant, const TargetView
   return result;
 }
 
-// Errors are alike in one image, and in those that follow soon: what each second of views says of
-// the parameters scatters by more than independent errors would. One factor for all parameters,
-// because each alone would have a noisy one.
-double correlation_factor(const ChainEquations& equations, const MatrixXd& covariance,
-                          const std::vector<Instant>& instants) {
-  const std::optional<MatrixXd> gradients = equations.border_gradients();
-  if (!gradients) return 1;
-  MatrixXd scatter = MatrixXd::Zero(covariance.rows(), covariance.cols());
-  VectorXd sum = VectorXd::Zero(covariance.rows());
-  Time begin{};
-  for (std::size_t k = 0; k < instants.size(); ++k) {
-    if (k == 0 || to_seconds(instants[k].time - begin) >= kIndependentSeconds) {
-      scatter.noalias() += sum * sum.transpose();
-      sum.setZero();
-      begin = instants[k].time;
-    }
-    sum += gradients->col(static_cast<Eigen::Index>(k));
-  }
-  scatter.noalias() += sum * sum.transpose();
-  const double factor = (covariance * scatter).trace() / static_cast<double>(covariance.rows());
-  return std::max(1.0, factor);
-}
-
 void check_input(const CamerasInput& input) {
   if (input.cameras.empty() || input.cameras.size() != input.lenses.size()) {
     throw UsageError(
@@ -573,37 +391,6 @@ std::vector<std::string> CamerasLayout::names() const {
   return names;
 }
 
-TargetShape bent_shape(const std::vector<Vector3d>& corners) {
-  constexpr double kBendSigma = 0.005;
-  Eigen::AlignedBox2d box;
-  for (const Vector3d& corner : corners) box.extend(Vector2d(corner.head<2>()));
-  TargetShape shape{
-      .names = {"bend_x", "bend_y"}, .by_parameters = {}, .sigma = kBendSigma * box.sizes()};
-  for (const Vector3d& corner : corners) {
-    const Vector2d x = (corner.head<2>() - box.center()).cwiseQuotient(box.sizes() / 2);
-    Eigen::Matrix<double, 3, Eigen::Dynamic> d(3, 2);
-    d << Eigen::Matrix2d::Zero(), (Vector2d::Ones() - x.cwiseProduct(x)).transpose();
-    shape.by_parameters.push_back(std::move(d));
-  }
-  return shape;
-}
-
-TargetShape printed_shape(const Target& target) {
-  constexpr double kGrowthSigma = 0.01;
-  TargetShape shape = bent_shape(target.corners());
-  if (target.kind != TargetKind::april_grid) return shape;
-  shape.names.push_back("growth");
-  shape.sigma.conservativeResize(3);
-  shape.sigma[2] = kGrowthSigma * target.tag_size;
-  for (std::size_t i = 0; i < shape.by_parameters.size(); ++i) {
-    // Corners of a tag: from the lower left, counterclockwise.
-    const std::size_t k = i % 4;
-    shape.by_parameters[i].conservativeResize(3, 3);
-    shape.by_parameters[i].col(2) << (k == 1 || k == 2 ? 1 : -1), (k >= 2 ? 1 : -1), 0;
-  }
-  return shape;
-}
-
 CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   check_input(input);
   std::vector<const TargetView*> views;
@@ -623,7 +410,7 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   RigState start = rig_state(cameras, problem.instants());
   start.shape = VectorXd::Zero(corners.parameters());
   const Solved found = solved(problem, layout, std::move(start), "the cameras");
-  const std::optional<RigLinearised> linearised = problem.linearised(found.state);
+  const std::optional<LinearisedRig> linearised = problem.linearised(found.state);
   const ChainEquations& equations = linearised->equations;
   const std::optional<MatrixXd> information = equations.border_information();
   const Eigen::LLT<MatrixXd> factor(information.value_or(MatrixXd::Zero(1, 1)));
@@ -637,11 +424,17 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
       .shape = found.state.shape,
       .covariance = factor.solve(MatrixXd::Identity(layout.rows(), layout.rows())),
       .pixel_sigma = found.sigma,
+      .pieces = 0,
       .correlation_factor = 1,
       .views = {},
       .without_pose = input.views.size() - usable.size(),
       .iterations = found.iterations};
-  result.correlation_factor = correlation_factor(equations, result.covariance, problem.instants());
+  const std::vector<int> pieces = independent_pieces(problem.instants());
+  result.pieces = pieces.back() + 1;
+  if (const std::optional<MatrixXd> gradients = equations.border_gradients()) {
+    result.correlation_factor =
+        correlation_factor(*information, *gradients, columns_from(0, layout.rows()), pieces);
+  }
   result.covariance *= result.correlation_factor;
   MatrixXd by_coordinates = MatrixXd::Identity(layout.rows(), layout.rows());
   for (std::size_t c = 0; c < result.cameras.size(); ++c) {

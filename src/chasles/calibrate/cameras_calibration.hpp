@@ -6,26 +6,9 @@
 #include <Eigen/Core>
 
 #include <chasles/calibrate/lens_parameters.hpp>
-#include <chasles/target/target.hpp>
+#include <chasles/calibrate/target_shape.hpp>
 
 namespace chasles {
-
-/// How a printed target differs from its drawing: linear in a few parameters.
-struct TargetShape {
-  std::vector<std::string> names = {};  ///< of the parameters
-  /// Of each corner: d p_target / d parameters, 3 x parameters. Empty: the target is as it is
-  /// drawn.
-  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> by_parameters = {};
-  Eigen::VectorXd sigma = {};  ///< of the parameters before any view
-};
-
-/// The middle of a flat target stands out by bend_x and bend_y [m], parabolas along x and y, with a
-/// sigma of 0.5 % of its width and height.
-TargetShape bent_shape(const std::vector<Eigen::Vector3d>& corners);
-
-/// bent_shape(). The tags of an AprilGrid are larger by growth [m] at each edge, with a
-/// sigma of 1 % of a tag: ink spreads, and detectors find edges to one side of the blur.
-TargetShape printed_shape(const Target& target);
 
 /// Views of a target by the cameras of a rig. Target and rig may both move: what cameras see at the
 /// same instant has one pose of the target.
@@ -77,6 +60,7 @@ struct CamerasCalibration {
   CamerasLayout layout() const { return CamerasLayout(lenses, shape_names); }
   Eigen::MatrixXd covariance;  ///< of the parameters, as layout()
   double pixel_sigma = 0;      ///< of a corner's u or v, robust [px]
+  int pieces = 0;              ///< of views with independent errors
   /// By how much the variances are larger than those of errors that are independent from corner to
   /// corner: estimated from the scatter of what each second of views says. At least 1.
   double correlation_factor = 1;

@@ -6,6 +6,7 @@
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/calibrate_testing.hpp>
+#include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
 #include <chasles/camera/camera_testing.hpp>
@@ -123,6 +124,26 @@ TEST(CamerasCalibration, TheLensIsChosenByViewsThatItHasNotSeen) {
   const LensChoice fisheye =
       choose_lens(board_views({.cameras = {fisheye_camera()}}, 11), 0, common_lenses());
   EXPECT_GT(fisheye.trials[0].held_out_rms, 1) << "radtan ends before 90 degrees";
+}
+
+// However often a view is there, it says what it says once.
+TEST(CamerasCalibration, ViewsThatAreAlikeCountOnce) {
+  const CamerasInput input = board_views({.cameras = rig(1), .instants = 12}, 6);
+  CamerasInput often = input;
+  often.views.clear();
+  for (const TargetView& view : input.views) {
+    for (int i = 0; i < 30; ++i) {
+      often.views.push_back(view);
+      often.views.back().time = view.time * 30 + std::chrono::seconds(i);
+    }
+  }
+  const CamerasCalibration once = calibrate_cameras(input), many = calibrate_cameras(often);
+  EXPECT_EQ(many.pieces, once.pieces);
+  const Eigen::VectorXd ratio =
+      (many.covariance.diagonal().array() / once.covariance.diagonal().array()).sqrt();
+  EXPECT_GT(ratio.minCoeff(), 0.5) << ratio.transpose();
+  EXPECT_LT(ratio.maxCoeff(), 2) << ratio.transpose();
+  EXPECT_FALSE(few_pieces(many.pieces).empty());
 }
 
 TEST(CamerasCalibration, SaysWhatIsMissing) {

@@ -148,13 +148,12 @@ void calibrate_with_report(CamerasReport& report,
   CamerasInput& input = report.input;
   for (std::size_t c = 0; c < input.cameras.size(); ++c) {
     report.rms_before.push_back(rms_before(input, c));
-    if (from_nothing) input.cameras[c].fx = 0;
-    std::optional<LensChoice> choice;
-    if (candidates[c].size() > 1) choice = choose_lens(input, c, candidates[c]);
-    input.lenses.push_back(choice ? choice->lens : candidates[c][0]);
-    report.choices.push_back(std::move(choice));
   }
+  report.choices = choose_lenses(input, candidates, from_nothing);
   report.calibration = calibrate_cameras(input);
+  if (const std::string few = few_pieces(report.calibration.pieces); !few.empty()) {
+    report.remarks.push_back(few);
+  }
   try {
     report.halves = compare_halves(input);
   } catch (const InputError& error) {
@@ -168,6 +167,15 @@ double suspicious_rms(const std::vector<ExplainedView>& views) {
   std::vector<double> errors;
   for (const ExplainedView& view : views) errors.push_back(view.rms);
   return errors.empty() ? 0 : kSuspicious * median(errors);
+}
+
+std::string few_pieces(int pieces) {
+  constexpr int kFew = 20;
+  if (pieces >= kFew) return "";
+  return fmt::format(
+      "the views are {} independent ones, of which each may have many: move the target or the "
+      "cameras more, to {} or more other views",
+      pieces, kFew);
 }
 
 std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& views) {

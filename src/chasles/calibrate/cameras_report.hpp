@@ -39,6 +39,8 @@ void calibrate_with_report(CamerasReport& report,
 /// A view with a larger root mean square error is suspicious: four times that of the median view
 /// [px].
 double suspicious_rms(const std::vector<ExplainedView>& views);
+/// A sentence where the views are few independent pieces; empty: they are enough.
+std::string few_pieces(int pieces);
 /// A sentence on each suspicious view.
 std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& views);
 /// Parts of the images without corners, and tilts of the target that did not occur.

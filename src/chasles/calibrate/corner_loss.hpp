@@ -6,9 +6,6 @@ namespace chasles {
 
 inline constexpr double kLossSigmas = 3;  ///< where Huber's loss of a corner's error begins
 
-/// Errors of corners that are farther apart than this are independent [s].
-inline constexpr double kIndependentSeconds = 1;
-
 /// A corner's whitened error of this length: the factor on its rows, and its cost.
 struct WeightedCorner {
   double root_weight, cost;

@@ -175,6 +175,19 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
                                candidates.size(), choice.trials.back().fault));
 }
 
+std::vector<std::optional<LensChoice>> choose_lenses(
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing) {
+  std::vector<std::optional<LensChoice>> choices;
+  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
+    if (from_nothing) input.cameras[c].fx = 0;
+    std::optional<LensChoice> choice;
+    if (candidates[c].size() > 1) choice = choose_lens(input, c, candidates[c]);
+    input.lenses.push_back(choice ? choice->lens : candidates[c][0]);
+    choices.push_back(std::move(choice));
+  }
+  return choices;
+}
+
 std::vector<LensForm> common_lenses() {
   return {{Distortion::kRadtan, 4},
           {Distortion::kRadtan, 8},

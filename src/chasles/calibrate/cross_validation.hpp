@@ -43,6 +43,11 @@ struct LensChoice {
 LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
                        const std::vector<LensForm>& candidates);
 
+/// Fills `input.lenses`: of each camera the only candidate, or the best of several, and says which
+/// were tried; none: there was one. `from_nothing`: the lens that a camera states is forgotten.
+std::vector<std::optional<LensChoice>> choose_lenses(
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing);
+
 /// Those that are tried by default.
 std::vector<LensForm> common_lenses();
 /// "auto" for the common ones, or names as of lens_form() with commas between them. Throws

@@ -69,6 +69,7 @@ struct InertialCalibration {
   InertialLayout layout;
   CamerasCalibration alone;       ///< the cameras without the IMU
   double pixel_sigma = 0;         ///< robust scatter of a corner's u or v [px]
+  int pieces = 0;                 ///< of views with independent errors
   double correlation_factor = 1;  ///< as CamerasCalibration
   /// By how much the residuals of the IMU are larger than its stated noise: of the gyroscope and of
   /// the accelerometer. At least 1; the result is weighted with them.

@@ -84,6 +84,18 @@ TEST(InertialCalibration, ATargetOfAnotherSizeContradictsTheAccelerometer) {
   EXPECT_NE(fault_of(in_g).find("expected about 9.81"), std::string::npos) << fault_of(in_g);
 }
 
+// Read upwards where downwards is stated: the readout is negative until it is turned round.
+TEST(InertialCalibration, ASensorThatIsReadTheOtherWayRoundIsTurned) {
+  BoardRigScene scene{.cameras = mounted(1, 0.015), .time_offset = 0.01, .seconds = 12};
+  scene.cameras[0].shutter.direction = ReadoutDirection::kUp;
+  InertialCalibrationInput input = inertial_views(scene, 4);
+  input.cameras.cameras[0].shutter.direction = ReadoutDirection::kDown;
+  const InertialCalibration found = calibrate_inertial(input);
+  EXPECT_EQ(found.cameras[0].shutter.direction, ReadoutDirection::kUp);
+  EXPECT_NEAR(found.cameras[0].shutter.readout, 0.015, 2e-4);
+  EXPECT_NEAR(found.time_offsets[0], 0.01, 2e-4);
+}
+
 TEST(RotationAlignment, FindsMountingAndOffsetFromNothing) {
   const BoardRigScene scene{.cameras = mounted(1), .seconds = 10};
   const BoardMotion motion(1);
