@@ -1,13 +1,9 @@
 """python/examples/aria_to_chasles.py, over a VRS file that projectaria-tools reads, with a calibration that it wrote. The
 recording is a rendered walk with two fisheye lenses; the IMU is skewed, biased and late, as Aria's is."""
 
-import csv
 import json
-import os
-import pathlib
 import re
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -17,11 +13,10 @@ from PIL import Image  # noqa: E402
 from projectaria_tools.core import calibration  # noqa: E402
 from projectaria_tools.core.sophus import SE3  # noqa: E402
 
+from conversions import BINARY, chasles, run_example, table  # noqa: E402
 from vrs_file import write_vrs  # noqa: E402
 
-BINARY = os.environ.get("CHASLES_BINARY")
 pytestmark = pytest.mark.skipif(BINARY is None, reason="CHASLES_BINARY names no command")
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "examples/aria_to_chasles.py"
 
 # k0 to k5, p0, p1, s0 to s3, about those of a SLAM camera of Aria Gen 1.
 LENS = [-0.0269, 0.102, -0.0718, 0.0125, 0.00124, -0.000415, 0.00055, 0.00058, -0.00123, -0.00039, -0.0006, 0.00001]
@@ -34,19 +29,8 @@ BEGIN = 100_000_000_000  # when the walk begins, by the clock of the device [ns]
 DEVICE_T_IMU = SE3.exp(np.array([0.05, -0.102, -0.086]), np.array([0.3, -1.9, 0.6]))[0]
 
 
-def chasles(*arguments):
-    ended = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=300)
-    assert ended.returncode == 0, ended.stderr
-    return ended.stdout
-
-
 def convert(*arguments):
-    return subprocess.run([sys.executable, SCRIPT, *map(str, arguments)], capture_output=True, text=True, timeout=300)
-
-
-def table(file):
-    with open(file) as lines:
-        return list(csv.reader(lines))[1:]
+    return run_example("aria_to_chasles.py", *arguments)
 
 
 class Glasses:

@@ -1,14 +1,9 @@
 """python/examples/stray_scanner_to_chasles.py, over a rendered walk in the form that the app's source writes (strayrobots/scanner:
 IMUEncoder, OdometryEncoder, VideoEncoder): H.265 by PyAV, stamped as the app stamps it, accelerations in g that point down."""
 
-import csv
 import json
-import os
-import pathlib
 import re
 import shutil
-import subprocess
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -20,9 +15,9 @@ pytest.importorskip("scipy")
 from PIL import Image  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 
-BINARY = os.environ.get("CHASLES_BINARY")
+from conversions import BINARY, chasles, run_example, table  # noqa: E402
+
 pytestmark = pytest.mark.skipif(BINARY is None, reason="CHASLES_BINARY names no command")
-SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "examples/stray_scanner_to_chasles.py"
 
 BOOT = 43210.5  # when the walk begins, by the clock of the phone [s]
 FRAME_RATE, TICKS = 20, 60
@@ -32,19 +27,8 @@ G = 9.80665
 PHONE_R_CAM = np.column_stack([[0, -1, 0], [-1, 0, 0], [0, 0, -1]])
 
 
-def chasles(*arguments):
-    ended = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=300)
-    assert ended.returncode == 0, ended.stderr
-    return ended.stdout
-
-
 def convert(*arguments):
-    return subprocess.run([sys.executable, SCRIPT, *map(str, arguments)], capture_output=True, text=True, timeout=300)
-
-
-def table(file):
-    with open(file) as lines:
-        return list(csv.reader(lines))[1:]
+    return run_example("stray_scanner_to_chasles.py", *arguments)
 
 
 def write(file, header, rows):

@@ -44,7 +44,7 @@ LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
                        const std::vector<LensForm>& candidates);
 
 /// Fills `input.lenses`: of each camera the only candidate, or the best of several, and says which
-/// were tried; none: there was one. `from_nothing`: the lens that a camera states is forgotten.
+/// were tried; none: there was one. `from_nothing`: the lens that a camera states is not used.
 std::vector<std::optional<LensChoice>> choose_lenses(
     CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing);
 
