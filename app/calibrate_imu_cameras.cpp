@@ -70,9 +70,10 @@ ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& sta
 }
 
 // The files of all programs, on the base of what the recording states.
-void write_files(const ImuCamerasOptions& o, const std::vector<Camera>& cameras,
-                 const std::vector<double>& time_offsets, const ImuCorrection& imu,
-                 const nlohmann::ordered_json& json, std::vector<std::string>& remarks) {
+void write_files(const ImuCamerasOptions& o, const Recording& recording,
+                 const std::vector<Camera>& cameras, const std::vector<double>& time_offsets,
+                 const ImuCorrection& imu, const nlohmann::ordered_json& json,
+                 std::vector<std::string>& remarks) {
   CalibrationToWrite calibration =
       find_calibration_to_write(o.views.recordings.front()).calibration;
   calibration.cameras = cameras;
@@ -81,6 +82,10 @@ void write_files(const ImuCamerasOptions& o, const std::vector<Camera>& cameras,
   if (!imu.parameters().isZero(0)) {
     calibration.imu_intrinsics =
         composed(imu, calibration.imu_intrinsics.value_or(ImuIntrinsics{}));
+  }
+  if (calibration.imu_rate == 0 && recording.imu.size() > 1) {  // as the samples have it
+    calibration.imu_rate = static_cast<double>(recording.imu.size() - 1) /
+                           to_seconds(recording.imu.back().time - recording.imu.front().time);
   }
   calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.",
                                    o.views.recordings.front().string());
@@ -103,7 +108,7 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
   if (std::string few = few_pieces(found.pieces); !few.empty()) remarks.push_back(std::move(few));
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
   if (!o.out.empty()) {
-    write_files(o, found.cameras, found.time_offsets, found.imu, json, remarks);
+    write_files(o, recording, found.cameras, found.time_offsets, found.imu, json, remarks);
     replace_file(o.out / "run.yaml", run_settings(found));
     replace_file(o.out / "page.html", cameras_page(json, page_views(found.views)));
   }
@@ -138,8 +143,9 @@ int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interr
   const nlohmann::ordered_json json = {{"parameters", found.parameters},
                                        {"remarks", found.remarks}};
   if (!o.out.empty()) {
-    write_files(o, found.cameras, std::vector<double>(found.cameras.size(), found.time_offset), {},
-                json, found.remarks);
+    write_files(o, recording, found.cameras,
+                std::vector<double>(found.cameras.size(), found.time_offset), {}, json,
+                found.remarks);
   }
   if (o.json) {
     app::print("{}\n", json_text(json, 2));

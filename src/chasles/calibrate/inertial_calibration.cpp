@@ -161,7 +161,9 @@ RotationAlignment alignment_of(const InertialCalibrationInput& input,
   if (!alignment) {
     throw InputError(
         "the IMU and the views of the target have too little time in common: expected views in "
-        "quick succession, by a clock within 1 s of the IMU's, at least 10 of them");
+        "quick succession, at most 0.25 s apart (`--every`), by a clock within 1 s of the IMU's, "
+        "at "
+        "least 10 of them");
   }
   if (alignment->unexplained > kMostUnexplained) {
     throw InputError(fmt::format(
