@@ -53,11 +53,9 @@ void write_result(CamerasReport& report, const fs::path& folder) {
   replace_file(folder / "corners.csv", rows);
 }
 
-int calibrate_by_views(const CamerasOptions& o) {
-  check_is_new(o.out);
-  const std::vector<LensForm> candidates = candidate_lenses(o.views);
+// Whether Ctrl-C ended the search for the target; what was found until then counts.
+bool gather_all(const CamerasOptions& o, CamerasReport& report) {
   const Interrupt interrupt;
-  CamerasReport report;
   CamerasInput& input = report.input;
   input = input_for(read_target(o.views.target));
   for (auto path = o.views.recordings.begin(); path != o.views.recordings.end(); ++path) {
@@ -73,15 +71,26 @@ int calibrate_by_views(const CamerasOptions& o) {
         is_target_images(path) ? read_target_images(path) : read_recording(path);
     gather_views(o.views, recording, interrupt, input, report.remarks);
   }
-  calibrate_with_report(report, std::vector(input.cameras.size(), candidates),
-                        o.views.from_nothing);
+  return interrupt.requested();
+}
+
+int calibrate_by_views(const CamerasOptions& o) {
+  check_is_new(o.out);
+  const std::vector<LensForm> candidates = candidate_lenses(o.views);
+  CamerasReport report;
+  const bool is_interrupted = gather_all(o, report);
+  {
+    const EndAtOnce nothing_is_written({});
+    calibrate_with_report(report, std::vector(report.input.cameras.size(), candidates),
+                          o.views.from_nothing, o.views.threads);
+  }
   if (!o.out.empty()) write_result(report, o.out);
   if (o.json) {
     app::print("{}\n", json_text(cameras_json(report), 2));
   } else if (!o.views.quiet) {
     app::print("{}", cameras_text(report));
   }
-  return interrupt.requested() ? Interrupt::kExitCode : 0;
+  return is_interrupted ? Interrupt::kExitCode : 0;
 }
 
 }  // namespace

@@ -8,13 +8,10 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
-#include <chasles/base/median.hpp>
-#include <chasles/calibrate/camera_guess.hpp>
+#include <chasles/calibrate/camera_alone_detail.hpp>
 #include <chasles/calibrate/cameras_calibration.hpp>
-#include <chasles/calibrate/corner_loss.hpp>
 #include <chasles/calibrate/correlated_errors_detail.hpp>
-#include <chasles/calibrate/levenberg_marquardt.hpp>
-#include <chasles/calibrate/target_pose.hpp>
+#include <chasles/calibrate/rig_search_detail.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -25,24 +22,21 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+using calibrate_detail::AloneCamera;
+using calibrate_detail::calibrated_alone;
 using calibrate_detail::columns_from;
 using calibrate_detail::correlation_factor;
 using calibrate_detail::independent_pieces;
 using calibrate_detail::Instant;
 using calibrate_detail::instants_of;
+using calibrate_detail::kLeastCorners;
+using calibrate_detail::kLeastViews;
 using calibrate_detail::LinearisedRig;
+using calibrate_detail::PosedView;
 using calibrate_detail::RigProblem;
 using calibrate_detail::RigState;
-
-constexpr double kFirstWidth = 3;     // of the loss before the noise is known [px]
-constexpr double kLeastSigma = 0.01;  // of corners without noise [px]
-constexpr std::size_t kLeastCorners = 4;
-constexpr std::size_t kLeastViews = 3;
-
-struct PosedView {
-  const TargetView* view;
-  SE3 cam_T_target;
-};
+using calibrate_detail::Solved;
+using calibrate_detail::solved;
 
 std::vector<const TargetView*> of_camera(const std::vector<const TargetView*>& views, int camera) {
   std::vector<const TargetView*> result;
@@ -52,164 +46,6 @@ std::vector<const TargetView*> of_camera(const std::vector<const TargetView*>& v
 }
 
 std::string said(int camera) { return fmt::format("cam{}", camera); }
-
-// Searches with the noise of the corners as the residuals have it.
-struct Solved {
-  RigState state;
-  double sigma = 1;
-  double squares = 0;  // the cost [px^2]
-  int iterations = 0;
-};
-
-double scatter(const RigProblem& problem, const RigState& x, int parameters) {
-  std::vector<double> sizes;
-  for (std::size_t k = 0; k < problem.instants().size(); ++k) {
-    for (const TargetView* view : problem.instants()[k].views) {
-      const Camera& camera = x.cameras[static_cast<std::size_t>(view->camera)];
-      for (std::size_t i = 0; i < view->ids.size(); ++i) {
-        const auto image =
-            project(camera, camera.cam_T_imu *
-                                (x.cam0_T_target[k] * problem.corners().at(view->ids[i], x.shape)));
-        if (image) sizes.push_back((image->pixel - view->pixels[i]).norm());
-      }
-    }
-  }
-  const double rows = 2 * static_cast<double>(sizes.size());
-  const double unknowns = 6 * static_cast<double>(problem.instants().size()) + parameters;
-  // The median of the length of two normal errors is 1.1774 sigma.
-  const double freedom = std::max(0.1, 1 - unknowns / rows);
-  return std::max(kLeastSigma, median(std::move(sizes)) / 1.17741 / std::sqrt(freedom));
-}
-
-Solved solved(RigProblem& problem, const CamerasLayout& layout, RigState state,
-              const std::string& of) {
-  constexpr int kRounds = 8;
-  Solved result;
-  problem.set_sigma(kFirstWidth / kLossSigmas);
-  for (int round = 0; round < kRounds; ++round) {
-    const auto found = minimised(
-        state, [&](const RigState& x) { return problem.linearised(x); },
-        [&](const RigState& x, const ChainEquations::Step& step) {
-          return problem.moved(x, step);
-        });
-    if (!found) {
-      throw InputError(fmt::format(
-          "{}: a lens cannot have the corners where they were found: expected another lens model",
-          of));
-    }
-    state = found->state;
-    result.iterations += found->iterations;
-    result.squares = found->linearised.cost * problem.sigma() * problem.sigma();
-    const double sigma = scatter(problem, state, layout.rows());
-    const bool is_known = std::abs(sigma - problem.sigma()) < 0.01 * problem.sigma();
-    if (is_known || round + 1 == kRounds) {
-      if (!found->converged) {
-        throw InputError(fmt::format(
-            "{}: the search did not converge in {} steps: the views do not determine all "
-            "parameters; expected views from other directions, nearer to the border of the image, "
-            "or a lens with fewer coefficients",
-            of, result.iterations));
-      }
-      break;
-    }
-    problem.set_sigma(sigma);
-  }
-  result.state = std::move(state);
-  result.sigma = problem.sigma();
-  return result;
-}
-
-// Views of one camera with a pose.
-std::vector<PosedView> posed(const Camera& camera, const std::vector<Vector3d>& corners,
-                             const std::vector<const TargetView*>& views) {
-  std::vector<PosedView> result;
-  for (const TargetView* view : views) {
-    if (const auto pose = target_pose(camera, corners, *view, kFirstWidth)) {
-      result.push_back({view, pose->cam_T_target});
-    }
-  }
-  return result;
-}
-
-std::vector<PixelDirection> directions_of(const Camera& camera,
-                                          const std::vector<PosedView>& views) {
-  std::vector<PixelDirection> directions;
-  for (const PosedView& posed : views) {
-    for (const Vector2d& pixel : posed.view->pixels) {
-      if (const auto direction = bearing(camera, pixel)) {
-        directions.push_back({direction->bearing, pixel});
-      }
-    }
-  }
-  constexpr std::size_t kEnough = 2000;
-  if (directions.size() <= kEnough) return directions;
-  std::vector<PixelDirection> some;
-  for (std::size_t i = 0; i < kEnough; ++i) {
-    some.push_back(directions[i * directions.size() / kEnough]);
-  }
-  return some;
-}
-
-std::vector<const TargetView*> pointers(const std::vector<PosedView>& views) {
-  std::vector<const TargetView*> result;
-  for (const PosedView& one : views) result.push_back(one.view);
-  return result;
-}
-
-// A camera by itself, from a first lens: intrinsics, and the poses of its views.
-struct AloneCamera {
-  Camera camera;
-  std::vector<PosedView> views;
-};
-
-Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vector3d>& corners,
-                      const std::vector<const TargetView*>& views, const std::string& of) {
-  camera.cam_T_imu = {};
-  const std::vector<PosedView> inside = posed(camera, corners, views);
-  const CamerasLayout layout({lens});
-  std::vector<TargetView> own;
-  for (const PosedView& one : inside) {
-    own.push_back(*one.view);
-    own.back().camera = 0;
-  }
-  std::vector<const TargetView*> of_problem;
-  for (const TargetView& view : own) of_problem.push_back(&view);
-  const TargetShape drawn;  // the rig knows more of another one
-  const ShapedCorners of_target(corners, drawn);
-  RigProblem problem(of_target, instants_of(of_problem), layout);
-  RigState state{.cameras = {camera}, .cam0_T_target = {}};
-  for (const Instant& instant : problem.instants()) {
-    const auto index = static_cast<std::size_t>(instant.views[0] - own.data());
-    state.cam0_T_target.push_back(inside[index].cam_T_target);
-  }
-  return solved(problem, layout, std::move(state), of);
-}
-
-AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
-                             const std::vector<Vector3d>& corners,
-                             const std::vector<const TargetView*>& views, const std::string& of) {
-  std::vector<PosedView> usable = posed(first, corners, views);
-  if (usable.size() < kLeastViews) {
-    throw InputError(fmt::format(
-        "{}: found {} views of the target that have a pose, expected {}: is it this target?", of,
-        usable.size(), kLeastViews));
-  }
-  const std::vector<Camera> starts = fitted_lenses(first, lens, directions_of(first, usable));
-  std::optional<Solved> best;
-  std::optional<InputError> fault;
-  for (const Camera& start : starts) {
-    try {
-      Solved one = searched_alone(start, lens, corners, pointers(usable), of);
-      if (!best || one.squares < best->squares) best = std::move(one);
-    } catch (const InputError& error) {
-      fault = error;
-    }
-  }
-  if (!best && fault) throw *fault;
-  if (!best) throw InputError(fmt::format("{}: no lens {} has these corners", of, name_of(lens)));
-  const Camera& found = best->state.cameras[0];
-  return {found, posed(found, corners, views)};
-}
 
 double distance(const SE3& a, const SE3& b) {
   return so3::log(a.R * b.R.transpose()).norm() + (a.p - b.p).norm();
@@ -338,32 +174,6 @@ void check_input(const CamerasInput& input) {
   }
 }
 
-AloneCamera first_calibration(const CamerasInput& input, std::size_t c,
-                              const std::vector<const TargetView*>& views) {
-  const std::string of = said(static_cast<int>(c));
-  if (views.size() < kLeastViews) {
-    throw InputError(
-        fmt::format("{}: found {} views of the target with {} corners or more, "
-                    "expected {}",
-                    of, views.size(), kLeastCorners, kLeastViews));
-  }
-  if (input.cameras[c].fx > 0) {
-    try {
-      return calibrated_alone(input.cameras[c], input.lenses[c], input.corners, views, of);
-    } catch (const InputError&) {
-      // A lens that is far off is worse than none.
-    }
-  }
-  const std::optional<Camera> guess = guessed_camera(input.cameras[c], input.corners, views);
-  if (!guess) {
-    throw InputError(
-        fmt::format("{}: no lens explains the corners: is it this target, and are its "
-                    "sizes right?",
-                    of));
-  }
-  return calibrated_alone(*guess, input.lenses[c], input.corners, views, of);
-}
-
 }  // namespace
 
 CamerasLayout::CamerasLayout(const std::vector<LensForm>& lenses,
@@ -400,7 +210,9 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   std::vector<AloneCamera> cameras;
   std::vector<const TargetView*> usable;
   for (std::size_t c = 0; c < input.cameras.size(); ++c) {
-    cameras.push_back(first_calibration(input, c, of_camera(views, static_cast<int>(c))));
+    const int camera = static_cast<int>(c);
+    cameras.push_back(calibrated_alone(input.cameras[c], input.lenses[c], input.corners,
+                                       of_camera(views, camera), said(camera)));
     for (const PosedView& one : cameras.back().views) usable.push_back(one.view);
   }
   place_cameras(cameras);
@@ -415,7 +227,7 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
   const std::optional<MatrixXd> information = equations.border_information();
   const Eigen::LLT<MatrixXd> factor(information.value_or(MatrixXd::Zero(1, 1)));
   if (!information || factor.info() != Eigen::Success) {
-    throw InputError("the cameras: the views do not determine all parameters");
+    throw UndeterminedError("the cameras: the views do not determine all parameters");
   }
   CamerasCalibration result{
       .cameras = found.state.cameras,

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/base/error.hpp>
 #include <chasles/calibrate/lens_parameters.hpp>
 #include <chasles/calibrate/target_shape.hpp>
 
@@ -69,9 +70,16 @@ struct CamerasCalibration {
   int iterations = 0;
 };
 
+/// Views that do not determine all parameters of the lenses.
+class UndeterminedError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Least squares of the corners' pixels, under Huber's loss at three standard deviations; no corner
-/// is left out. Throws InputError where the views do not determine the parameters, where cameras
-/// share no instants, and where the search does not converge: with what is missing.
+/// is left out. Throws UndeterminedError where the views do not determine the parameters and where
+/// the search does not converge, and InputError where cameras share no instants: with what is
+/// missing.
 CamerasCalibration calibrate_cameras(const CamerasInput& input);
 
 }  // namespace chasles

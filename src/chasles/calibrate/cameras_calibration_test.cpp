@@ -112,8 +112,10 @@ TEST(CamerasCalibration, TheLensIsChosenByViewsThatItHasNotSeen) {
   for (const Camera& camera : {euroc_camera(), fisheye_camera(),
                                lens_of(Distortion::kEucm, {0.62, 1.08}, 320, 1.5).camera}) {
     const LensForm own = form_of(camera);
-    const LensChoice choice =
-        choose_lens(board_views({.cameras = {camera}}, 11), 0, common_lenses());
+    CamerasInput input = board_views({.cameras = {camera}}, 11);
+    input.lenses.clear();
+    const LensChoice choice = choose_lenses(input, {common_lenses()}, true, 2)[0].value();
+    EXPECT_EQ(input.lenses, std::vector{choice.lens});
     const auto trial_of = [&](const LensForm& lens) {
       return *std::ranges::find(choice.trials, lens, &LensTrial::lens);
     };
@@ -121,9 +123,40 @@ TEST(CamerasCalibration, TheLensIsChosenByViewsThatItHasNotSeen) {
     EXPECT_LE(trial_of(choice.lens).held_out_rms, 1.01 * trial_of(own).held_out_rms);
     EXPECT_LE(choice.lens.parameters(), own.parameters());
   }
-  const LensChoice fisheye =
-      choose_lens(board_views({.cameras = {fisheye_camera()}}, 11), 0, common_lenses());
-  EXPECT_GT(fisheye.trials[0].held_out_rms, 1) << "radtan ends before 90 degrees";
+}
+
+TEST(CamerasCalibration, ALensThatEndsTooSoonPredictsBadly) {
+  CamerasInput input = board_views({.cameras = {fisheye_camera(), euroc_camera()}}, 11);
+  input.lenses.clear();
+  CamerasInput again = input;
+  const auto choices = choose_lenses(input, {common_lenses(), {LensForm{}}}, true, 2);
+  EXPECT_GT(choices[0]->trials[0].held_out_rms, 1) << "radtan ends before 90 degrees";
+  EXPECT_FALSE(choices[1]) << "there is one";
+  const auto same = choose_lenses(again, {common_lenses(), {LensForm{}}}, true, 1);
+  EXPECT_EQ(again.lenses, input.lenses);
+  for (std::size_t i = 0; i < choices[0]->trials.size(); ++i) {
+    EXPECT_EQ(same[0]->trials[i].held_out_rms, choices[0]->trials[i].held_out_rms);
+  }
+}
+
+// Halves may determine what all views with all unknowns do not.
+TEST(CamerasCalibration, ALensWithoutACalibrationIsGivenUp) {
+  CamerasInput input = board_views({.cameras = rig(2)}, 11);
+  input.lenses.clear();
+  const std::vector<LensForm> candidates = {{Distortion::kRadtan, 4}, {Distortion::kRadtan, 5}};
+  int calls = 0;
+  const auto choices =
+      calibrate_with_chosen_lenses(input, {candidates, {LensForm{}}}, true, 1, [&] {
+        if (++calls == 1) throw UndeterminedError("the first");
+      });
+  EXPECT_EQ(calls, 2);
+  EXPECT_EQ(input.lenses[0], candidates[1]);
+  EXPECT_EQ(choices[0]->lens, candidates[1]);
+  EXPECT_EQ(choices[0]->trials[0].fault, "the first");
+  input.lenses.clear();
+  EXPECT_THROW(calibrate_with_chosen_lenses(input, {candidates, {LensForm{}}}, true, 1,
+                                            [] { throw UndeterminedError("each"); }),
+               UndeterminedError);
 }
 
 // However often a view is there, it says what it says once.

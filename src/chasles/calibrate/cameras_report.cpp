@@ -7,6 +7,7 @@
 
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/base/in_parallel.hpp>
 #include <chasles/base/median.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
@@ -143,21 +144,32 @@ ProjectionSummary projection_summary(const CamerasCalibration& calibration, std:
 }
 
 void calibrate_with_report(CamerasReport& report,
-                           const std::vector<std::vector<LensForm>>& candidates,
-                           bool from_nothing) {
+                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+                           int threads) {
   CamerasInput& input = report.input;
   for (std::size_t c = 0; c < input.cameras.size(); ++c) {
     report.rms_before.push_back(rms_before(input, c));
   }
-  report.choices = choose_lenses(input, candidates, from_nothing);
-  report.calibration = calibrate_cameras(input);
+  std::string no_halves;
+  const auto calibrate = [&](std::size_t part) {
+    if (part == 0) {
+      report.calibration = calibrate_cameras(input);
+      return;
+    }
+    try {
+      report.halves = compare_halves(input);
+      no_halves.clear();
+    } catch (const InputError& error) {
+      no_halves = error.what();
+    }
+  };
+  report.choices = calibrate_with_chosen_lenses(input, candidates, from_nothing, threads,
+                                                [&] { in_parallel(2, threads, calibrate); });
   if (const std::string few = few_pieces(report.calibration.pieces); !few.empty()) {
     report.remarks.push_back(few);
   }
-  try {
-    report.halves = compare_halves(input);
-  } catch (const InputError& error) {
-    report.remarks.push_back(fmt::format("no comparison of halves: {}", error.what()));
+  if (!no_halves.empty()) {
+    report.remarks.push_back(fmt::format("no comparison of halves: {}", no_halves));
   }
   report.suspicious = suspicious_views(report.calibration.views);
   report.missing = missing_views(report.calibration.cameras, report.calibration.views);

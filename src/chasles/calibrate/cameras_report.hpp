@@ -31,10 +31,11 @@ ProjectionSummary projection_summary(const CamerasCalibration& calibration, std:
 
 /// Calibrates the cameras of `report.input`, and fills all the rest; remarks that are there stay.
 /// `candidates`: of each camera its lens, or those of which the best is chosen. `from_nothing`: the
-/// search does not begin at the lens that a camera states. Throws as calibrate_cameras() and
-/// choose_lens().
+/// search does not begin at the lens that a camera states. The result does not depend on the number
+/// of threads. Throws as calibrate_cameras() and choose_lenses().
 void calibrate_with_report(CamerasReport& report,
-                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing);
+                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+                           int threads = 1);
 
 /// A view with a larger root mean square error is suspicious: four times that of the median view
 /// [px].

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/in_parallel.hpp>
+#include <chasles/calibrate/camera_alone_detail.hpp>
 #include <chasles/calibrate/camera_guess.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
@@ -12,6 +14,9 @@
 
 namespace chasles {
 namespace {
+
+using calibrate_detail::calibrated_alone;
+using calibrate_detail::kLeastCorners;
 
 constexpr int kPieces = 10;      // of which the halves take turns
 constexpr double kMissing = 10;  // error of a corner that has no pixel [px]
@@ -33,6 +38,14 @@ std::vector<CamerasInput> halves_of(const CamerasInput& input) {
   return halves;
 }
 
+std::vector<const TargetView*> usable(const std::vector<TargetView>& views) {
+  std::vector<const TargetView*> result;
+  for (const TargetView& view : views) {
+    if (view.ids.size() >= kLeastCorners) result.push_back(&view);
+  }
+  return result;
+}
+
 struct Squares {
   double sum = 0, corners = 0;
   double rms() const { return std::sqrt(sum / std::max(1.0, corners)); }
@@ -41,7 +54,7 @@ struct Squares {
 // Of views that took no part in the calibration. Each camera's views have poses of their own.
 void add_held_out(const std::vector<Camera>& cameras, const CamerasInput& views, Squares& squares) {
   for (const TargetView& view : views.views) {
-    if (view.ids.size() < 4) continue;
+    if (view.ids.size() < kLeastCorners) continue;
     const auto pose =
         target_pose(cameras[static_cast<std::size_t>(view.camera)], views.corners, view, 1);
     const auto corners = static_cast<double>(view.ids.size());
@@ -103,11 +116,85 @@ LensTrial* preferred(std::vector<LensTrial>& trials) {
   return best;
 }
 
+// Those of one camera, with a first lens where one is found.
+CamerasInput views_for_trials(const CamerasInput& input, std::size_t camera) {
+  CamerasInput alone{.corners = input.corners,
+                     .views = {},
+                     .cameras = {input.cameras[camera]},
+                     .lenses = {LensForm{}},
+                     .shape = input.shape};
+  alone.cameras[0].fx = 0;  // the lens that it states would have an advantage
+  for (const TargetView& view : input.views) {
+    if (view.camera != static_cast<int>(camera)) continue;
+    alone.views.push_back(view);
+    alone.views.back().camera = 0;
+  }
+  alone.views = some_of(alone.views);
+  // Each search begins at the same guess, which takes longer than a search.
+  if (const auto guess = guessed_camera(alone.cameras[0], input.corners, usable(alone.views))) {
+    alone.cameras = {*guess};
+  }
+  return alone;
+}
+
+// Of each half under the lens of the other. Throws InputError where a half has none.
+double held_out_rms(const CamerasInput& views, const LensForm& lens) {
+  Squares squares;
+  const std::vector<CamerasInput> halves = halves_of(views);
+  for (std::size_t half = 0; half < 2; ++half) {
+    const Camera camera =
+        calibrated_alone(views.cameras[0], lens, views.corners, usable(halves[half].views), "cam0")
+            .camera;
+    add_held_out({camera}, halves[1 - half], squares);
+  }
+  return squares.rms();
+}
+
+void give_up(LensTrial& trial, const InputError& error) {
+  trial.fault = error.what();
+  trial.held_out_rms = kNaN;
+}
+
+// Whether a camera has another lens than the one with which there was no calibration.
+bool take_another_lens(CamerasInput& input, std::vector<std::optional<LensChoice>>& choices,
+                       const InputError& error) {
+  std::optional<std::size_t> most;
+  for (std::size_t c = 0; c < choices.size(); ++c) {
+    if (!choices[c]) continue;
+    if (!most || input.lenses[c].parameters() > input.lenses[*most].parameters()) most = c;
+  }
+  if (!most) return false;
+  LensChoice& choice = *choices[*most];
+  give_up(*std::ranges::find(choice.trials, choice.lens, &LensTrial::lens), error);
+  LensTrial* const next = preferred(choice.trials);
+  if (next == nullptr) return false;
+  choice.lens = input.lenses[*most] = next->lens;
+  return true;
+}
+
+// The preferred lens that all views determine: halves may determine one that they do not together.
+// Throws InputError where there is none.
+LensForm chosen(std::vector<LensTrial>& trials, CamerasInput views, std::size_t camera) {
+  while (LensTrial* const best = preferred(trials)) {
+    views.lenses = {best->lens};
+    try {
+      calibrate_cameras(views);
+      return best->lens;
+    } catch (const InputError& error) {
+      give_up(*best, error);
+    }
+  }
+  throw InputError(fmt::format("cam{}: none of {} lenses has a calibration; the last: {}", camera,
+                               trials.size(), trials.back().fault));
+}
+
 }  // namespace
 
-HalvesComparison compare_halves(const CamerasInput& input) {
+HalvesComparison compare_halves(const CamerasInput& input, int threads) {
   const std::vector<CamerasInput> halves = halves_of(input);
-  const CamerasCalibration a = calibrate_cameras(halves[0]), b = calibrate_cameras(halves[1]);
+  std::vector<CamerasCalibration> found(2);
+  in_parallel(2, threads, [&](std::size_t i) { found[i] = calibrate_cameras(halves[i]); });
+  const CamerasCalibration &a = found[0], &b = found[1];
   HalvesComparison result{.difference = differences(a, b),
                           .sigma = (a.covariance + b.covariance).diagonal().cwiseSqrt(),
                           .pixels = {},
@@ -124,68 +211,57 @@ HalvesComparison compare_halves(const CamerasInput& input) {
   return result;
 }
 
-LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
-                       const std::vector<LensForm>& candidates) {
-  CamerasInput alone{.corners = input.corners,
-                     .views = {},
-                     .cameras = {input.cameras[camera]},
-                     .lenses = {LensForm{}}};
-  alone.cameras[0].fx = 0;  // the lens that it states would have an advantage
-  for (const TargetView& view : input.views) {
-    if (view.camera != static_cast<int>(camera)) continue;
-    alone.views.push_back(view);
-    alone.views.back().camera = 0;
+std::vector<std::optional<LensChoice>> choose_lenses(
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+    int threads) {
+  const std::size_t cameras = input.cameras.size();
+  std::vector<std::optional<LensChoice>> choices(cameras);
+  std::vector<CamerasInput> alone(cameras);
+  struct Task {
+    std::size_t camera, lens;
+  };
+  std::vector<Task> tasks;
+  for (std::size_t c = 0; c < cameras; ++c) {
+    if (from_nothing) input.cameras[c].fx = 0;
+    if (candidates[c].size() < 2) continue;
+    choices[c].emplace();
+    for (const LensForm& lens : candidates[c]) {
+      tasks.push_back({c, choices[c]->trials.size()});
+      choices[c]->trials.push_back({.lens = lens, .held_out_rms = kNaN, .fault = {}});
+    }
   }
-  CamerasInput trials = alone;
-  trials.views = some_of(alone.views);
-  // Each search begins at the same guess, which takes longer than a search.
-  std::vector<const TargetView*> guessed;
-  for (const TargetView& view : trials.views) guessed.push_back(&view);
-  if (const auto guess = guessed_camera(alone.cameras[0], input.corners, guessed)) {
-    trials.cameras = {*guess};
-  }
-  LensChoice choice;
-  for (const LensForm& lens : candidates) {
-    LensTrial trial{.lens = lens, .held_out_rms = kNaN, .fault = {}};
-    trials.lenses = {lens};
+  in_parallel(cameras, threads, [&](std::size_t c) {
+    if (choices[c]) alone[c] = views_for_trials(input, c);
+  });
+  in_parallel(tasks.size(), threads, [&](std::size_t i) {
+    LensTrial& trial = choices[tasks[i].camera]->trials[tasks[i].lens];
     try {
-      Squares squares;
-      const std::vector<CamerasInput> halves = halves_of(trials);
-      add_held_out(calibrate_cameras(halves[0]).cameras, halves[1], squares);
-      add_held_out(calibrate_cameras(halves[1]).cameras, halves[0], squares);
-      trial.held_out_rms = squares.rms();
+      trial.held_out_rms = held_out_rms(alone[tasks[i].camera], trial.lens);
     } catch (const InputError& error) {
       trial.fault = error.what();
     }
-    choice.trials.push_back(trial);
-  }
-  // Halves may determine a lens that they do not together.
-  while (LensTrial* const best = preferred(choice.trials)) {
-    trials.lenses = {best->lens};
-    try {
-      calibrate_cameras(trials);
-      choice.lens = best->lens;
-      return choice;
-    } catch (const InputError& error) {
-      best->fault = error.what();
-      best->held_out_rms = kNaN;
-    }
-  }
-  throw InputError(fmt::format("cam{}: none of {} lenses has a calibration; the last: {}", camera,
-                               candidates.size(), choice.trials.back().fault));
-}
-
-std::vector<std::optional<LensChoice>> choose_lenses(
-    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing) {
-  std::vector<std::optional<LensChoice>> choices;
-  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
-    if (from_nothing) input.cameras[c].fx = 0;
-    std::optional<LensChoice> choice;
-    if (candidates[c].size() > 1) choice = choose_lens(input, c, candidates[c]);
-    input.lenses.push_back(choice ? choice->lens : candidates[c][0]);
-    choices.push_back(std::move(choice));
+  });
+  in_parallel(cameras, threads, [&](std::size_t c) {
+    if (choices[c]) choices[c]->lens = chosen(choices[c]->trials, alone[c], c);
+  });
+  for (std::size_t c = 0; c < cameras; ++c) {
+    input.lenses.push_back(choices[c] ? choices[c]->lens : candidates[c][0]);
   }
   return choices;
+}
+
+std::vector<std::optional<LensChoice>> calibrate_with_chosen_lenses(
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+    int threads, const std::function<void()>& calibrate) {
+  auto choices = choose_lenses(input, candidates, from_nothing, threads);
+  while (true) {
+    try {
+      calibrate();
+      return choices;
+    } catch (const UndeterminedError& error) {
+      if (!take_another_lens(input, choices, error)) throw;
+    }
+  }
 }
 
 std::vector<LensForm> common_lenses() {

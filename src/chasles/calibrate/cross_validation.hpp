@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,8 +23,9 @@ struct HalvesComparison {
   double held_out_rms = 0;
 };
 
-/// Throws as calibrate_cameras(), where a half has too few views.
-HalvesComparison compare_halves(const CamerasInput& input);
+/// Throws as calibrate_cameras(), where a half has too few views. The result does not depend on the
+/// number of threads.
+HalvesComparison compare_halves(const CamerasInput& input, int threads = 1);
 
 /// A lens model for one camera, and how well it predicts.
 struct LensTrial {
@@ -32,21 +34,28 @@ struct LensTrial {
   std::string fault;        ///< why
 };
 
-/// Calibrates one camera with each of the lenses, by 240 views at most. All of them count in each
-/// trial: where a lens has no pose for a view, the error is that of a missing corner, 10 px. The
-/// best is the one of fewest parameters whose error is within 1 % of the least, and which they
-/// determine together.
+/// The lens of a camera. Each of its lenses calibrates it, by 240 views at most. All of them count
+/// in each trial: where a lens has no pose for a view, the error is that of a missing corner, 10
+/// px. The best is the one of fewest parameters whose error is within 1 % of the least, and which
+/// the views determine together.
 struct LensChoice {
   LensForm lens;
   std::vector<LensTrial> trials;
 };
-LensChoice choose_lens(const CamerasInput& input, std::size_t camera,
-                       const std::vector<LensForm>& candidates);
 
 /// Fills `input.lenses`: of each camera the only candidate, or the best of several, and says which
-/// were tried; none: there was one. `from_nothing`: the lens that a camera states is not used.
+/// were tried; none: there was one. `from_nothing`: the lens that a camera states is not used. The
+/// result does not depend on the number of threads. Throws InputError where no lens of a camera has
+/// a calibration.
 std::vector<std::optional<LensChoice>> choose_lenses(
-    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing);
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+    int threads = 1);
+
+/// The same, and calls `calibrate`. Where that throws UndeterminedError, the chosen lens of most
+/// parameters is given up and `calibrate` called again, while there is another.
+std::vector<std::optional<LensChoice>> calibrate_with_chosen_lenses(
+    CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+    int threads, const std::function<void()>& calibrate);
 
 /// Those that are tried by default.
 std::vector<LensForm> common_lenses();

@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <atomic>
-#include <exception>
 #include <mutex>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
+#include <chasles/base/in_parallel.hpp>
 #include <chasles/calibrate/recorded_views.hpp>
 #include <chasles/calibration/all_cameras.hpp>
 #include <chasles/target/target_detector.hpp>
@@ -53,32 +52,17 @@ std::vector<FrameViews> detected_all(const Recording& recording, const Target& t
                                      const ViewOptions& options) {
   const TargetDetector detector(target);
   std::vector<FrameViews> frames(searched_frames(recording, options));
-  std::atomic<std::size_t> next = 0, done = 0;
+  std::atomic<std::size_t> done = 0;
   std::atomic<bool> stop = false;
   std::mutex reading;
-  std::exception_ptr fault;
-  std::atomic<bool> has_fault = false;
-  const auto work = [&] {
-    while (!stop) {
-      const std::size_t i = next++;
-      if (i >= frames.size()) return;
-      try {
-        frames[i] = detected(*recording.images, reading,
-                             i * static_cast<std::size_t>(options.every), detector);
-      } catch (...) {
-        if (!has_fault.exchange(true)) fault = std::current_exception();
-        stop = true;
-      }
-      if (const std::size_t count = ++done; options.progress && !options.progress(count)) {
-        stop = true;
-      }
+  in_parallel(frames.size(), options.threads, [&](std::size_t i) {
+    if (stop) return;
+    frames[i] =
+        detected(*recording.images, reading, i * static_cast<std::size_t>(options.every), detector);
+    if (const std::size_t count = ++done; options.progress && !options.progress(count)) {
+      stop = true;
     }
-  };
-  std::vector<std::jthread> threads;
-  for (int i = 1; i < options.threads; ++i) threads.emplace_back(work);
-  work();
-  threads.clear();
-  if (fault) std::rethrow_exception(fault);
+  });
   return frames;
 }
 
