@@ -11,8 +11,10 @@
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/masks.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/check_motion_calibration.hpp>
 #include <chasles/session/diagnosis.hpp>
 #include <chasles/session/inertial_settings_io.hpp>
+#include <chasles/session/interrupt.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/session/remarks.hpp>
 #include <chasles/session/truth_preparation.hpp>
@@ -30,6 +32,7 @@ struct CheckOptions {
   TruthOptions truth_options = {};
   double seconds = kCheckedSeconds;
   SettingSources settings = {};
+  bool motion = false;  // compares the calibration with it
   bool json = false;
 };
 
@@ -64,7 +67,15 @@ int run(const CheckOptions& o) {
   std::ranges::move(mask_remarks(frontend.mask, recording.cameras),
                     std::back_inserter(recording.remarks));
   const RemarksOnError remarks(recording);
-  const CheckReport report = diagnose(recording, o.seconds, frontend);
+  CheckReport report = diagnose(recording, o.seconds, frontend);
+  if (o.motion) {
+    const Interrupt interrupt;
+    SessionOptions options;
+    options.input.recording = o.recording;
+    options.settings = o.settings;
+    compare_with_motion(
+        options, recording, [&] { return interrupt.requested(); }, report);
+  }
   app::print("{}", o.json ? json_text(check_json(recording, report), 2) + "\n"
                           : check_text(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
@@ -95,6 +106,9 @@ Action declare_check(CLI::App& parser) {
       ->type_name("KEY=VALUE");
   parser.add_option("--config", o->settings.config, "Settings from a YAML file, as for `run`")
       ->type_name("FILE");
+  parser.add_flag("--calibration", o->motion,
+                  "Compare lenses, mounting and clock with what batch estimation of the whole "
+                  "recording finds, in sigmas; needs about as long as the recording");
   parser.add_flag("--json", o->json, "Print facts and findings as JSON");
   parser.footer(frontend_settings_help());
   return [o] { return run(*o); };

@@ -62,7 +62,7 @@ const Arrows kArrows = {
     // The messages of viewers, by the server of live.
     {"foxglove", {"live", "viewers"}},
     // A run with its folder, without a command line.
-    {"session", {"pipeline", "live"}},
+    {"session", {"pipeline", "live", "calibrate"}},
     // What a run gives with its recording: models for photogrammetry, its path at the IMU's rate.
     {"reconstruct", {"session", "viewers"}},
     // What a robot's middleware needs, without its messages.

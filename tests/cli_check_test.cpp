@@ -59,6 +59,30 @@ TEST(Check, ACleanRecordingGivesNoFinding) {
   EXPECT_EQ(chasles(folder, "check walk --json").out, json.out) << "the same bytes";
 }
 
+// By batch estimation, whose sigmas say what is far.
+TEST(CheckCalibration, ALensIsComparedWithTheMotion) {
+  const Scratch folder;
+  simulate_walk(folder);
+  const Json right = Json::parse(chasles(folder, "check walk --calibration --json").out);
+  EXPECT_TRUE(right["findings"].empty()) << right["findings"];
+  const Json& facts = right["facts"];
+  for (const char* what : {"lens", "mounting", "place on the IMU"}) {
+    EXPECT_LT(facts["cam0"][what + std::string(" against the motion over its sigma")]["value"], 4);
+  }
+  EXPECT_LT(facts["cameras"]["clock against the motion over its sigma"]["value"], 4);
+  spoil(folder, [](Recording& r) {
+    r.cameras[0].fx *= 1.04;
+    r.cameras[0].fy *= 1.04;
+  });
+  const Outcome wrong = chasles(folder, "check bad --calibration --json");
+  const Json lens = finding(wrong, "its lens is off by");
+  EXPECT_EQ(lens["about"], "cam0");
+  EXPECT_EQ(lens["severity"], "warning");
+  EXPECT_GT(lens["value"], 4);
+  const Outcome nothing = chasles(folder, "check bad --json");
+  EXPECT_EQ(nothing.out.find("against the motion"), std::string::npos);
+}
+
 TEST(Check, ALateCameraIsNamedWithItsDelay) {
   const Scratch folder;
   simulate_walk(folder);

@@ -85,12 +85,15 @@ class Check:
         return f"<pre>{html.escape(self._text)}</pre>"
 
 
-def check(recording: Union[_core.Recording, _core.Path], *, seconds: float = 20, progress: Optional[bool] = None) -> Check:
+def check(recording: Union[_core.Recording, _core.Path], *, seconds: float = 20, calibration: bool = False,
+          progress: Optional[bool] = None) -> Check:
     """Checks clocks, gaps, exposure, units and calibration of a recording (Recording, or a path), as `chasles check`
     does, and returns a Check: `print(check)` is the report, `check.findings` a list. seconds: length of the images that
-    are tracked, those with the most rotation. progress: a bar, as in `run`."""
+    are tracked, those with the most rotation. calibration: compare lenses, mounting and clock with what batch estimation
+    of the whole recording finds, in sigmas, as --calibration does; needs about as long as the recording. progress: a
+    bar, as in `run`."""
     if not isinstance(recording, _core.Recording):
         recording = _core.read(os.fspath(recording))
     with bar(progress, "check", "frames", "trial") as advance:
-        report, text = _core.check(recording, seconds, advance)
+        report, text = _core.check(recording, seconds, bool(calibration), advance)
     return Check(text, json.loads(report))

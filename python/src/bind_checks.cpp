@@ -2,9 +2,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/interruption.hpp>
 #include <chasles/check/check.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/recording.hpp>
+#include <chasles/session/check_motion_calibration.hpp>
 #include <chasles/session/diagnosis.hpp>
 
 #include "arrays.hpp"
@@ -26,12 +28,21 @@ CheckReport said_in_python(CheckReport report) {
 
 // JSON and text.
 std::pair<std::string, std::string> check(const Recording& recording, double seconds,
-                                          const py::object& progress) {
+                                          bool calibration, const py::object& progress) {
   if (!(seconds >= 1 && seconds <= 1e5)) {
     throw py::value_error("seconds: expected a number from 1 to 100000");
   }
   return LongCall(progress).in_turn([&] {
-    const CheckReport report = said_in_python(diagnose(recording, seconds));
+    CheckReport report = diagnose(recording, seconds);
+    if (calibration) {
+      SessionOptions options;
+      options.input.recording = recording.name;
+      options.quiet = true;
+      compare_with_motion(
+          options, recording, [] { return interruption_wanted(); }, report);
+      interruption_point();
+    }
+    report = said_in_python(std::move(report));
     Recording said = recording;
     for (std::string& remark : said.remarks) remark = in_python(remark);
     return std::pair(json_text(check_json(said, report)), check_text(said, report));
@@ -41,7 +52,8 @@ std::pair<std::string, std::string> check(const Recording& recording, double sec
 }  // namespace
 
 void bind_checks(py::module_& m) {
-  m.def("check", &check, py::arg("recording"), py::arg("seconds"), py::arg("progress"));
+  m.def("check", &check, py::arg("recording"), py::arg("seconds"), py::arg("calibration"),
+        py::arg("progress"));
 }
 
 }  // namespace chasles::python

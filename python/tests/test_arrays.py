@@ -106,6 +106,8 @@ def test_a_check_finds_what_is_wrong(walk):
     assert not any("--" in finding.advice + finding.what for finding in check.findings)
     with pytest.raises(ValueError, match="seconds"):
         chasles.check(walk, seconds=0)
+    fact = chasles.check(walk, calibration=True).facts["cam0"]
+    assert fact["lens against the motion over its sigma"]["value"] < 4
 
 
 class Pillow:

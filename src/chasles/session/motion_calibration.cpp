@@ -30,6 +30,20 @@ void mount_by_rotations(const SessionOptions& options, Recording& recording,
   }
 }
 
+std::vector<Eigen::MatrixXd> lens_covariances(const Calibration& found) {
+  std::vector<Eigen::MatrixXd> result;
+  int first = found.intrinsics_row();
+  for (const Intrinsics& one : found.intrinsics) {
+    std::vector<int> rows = {first, first + 1, first + 2, first + 3};
+    for (int k = 0; k < static_cast<int>(one.coefficients.size()); ++k) {
+      rows.push_back(first + 6 + k);
+    }
+    result.emplace_back(found.covariance(rows, rows));
+    first += 6 * one.blocks();
+  }
+  return result;
+}
+
 }  // namespace
 
 MotionCalibration calibrate_from_motion(const SessionOptions& options, Recording& recording,
@@ -55,6 +69,7 @@ MotionCalibration calibrate_from_motion(const SessionOptions& options, Recording
   MotionCalibration result{.cameras = recording.cameras,
                            .time_offset = found.time_offset.value_or(0),
                            .parameters = done.summary.at("calibration").at("parameters"),
+                           .lens_covariances = lens_covariances(found),
                            .remarks = recording.remarks};
   for (std::size_t c = 0; c < result.cameras.size(); ++c) {
     Camera& camera = result.cameras[c];

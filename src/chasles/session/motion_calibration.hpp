@@ -13,6 +13,8 @@ struct MotionCalibration {
   double time_offset = 0;       ///< camera clock + offset = IMU clock [s]
   /// `parameters` of summary.json's "calibration": stated, estimate and both sigmas of each.
   nlohmann::ordered_json parameters;
+  /// Of each camera: of fx, fy, cx, cy and the coefficients.
+  std::vector<Eigen::MatrixXd> lens_covariances;
   std::vector<std::string> remarks;
 };
 
