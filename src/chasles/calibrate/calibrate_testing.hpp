@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include <chasles/calibrate/cameras_calibration.hpp>
+#include <chasles/camera/camera_testing.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
 
@@ -114,6 +117,45 @@ inline Eigen::VectorXd calibration_errors(const CamerasCalibration& found,
   }
   errors.tail(layout.shape_rows()) = -found.shape;
   return errors;
+}
+
+/// A rig of up to four cameras: a pair, a fisheye and a pinhole.
+inline std::vector<Camera> rig(std::size_t count) {
+  std::vector<Camera> cameras = {euroc_camera(), euroc_camera(), fisheye_camera(),
+                                 pinhole_camera()};
+  cameras[1].cam_T_imu = {so3::exp(Eigen::Vector3d(0.01, 0.02, -0.01)), {-0.11, 0.001, 0.002}};
+  cameras[2].cam_T_imu = {so3::exp(Eigen::Vector3d(0.3, -0.2, 0.1)), {0.05, 0.1, 0.02}};
+  cameras[3].cam_T_imu = {so3::exp(Eigen::Vector3d(-0.1, 0.1, 0.02)), {0.2, 0.02, -0.05}};
+  cameras.resize(count);
+  return cameras;
+}
+
+/// With xi at 0.35 there is another double sphere, xi -0.15, with the same pixels to the noise.
+inline bool has_twin(const Camera& camera) {
+  return camera.distortion == Distortion::kDoubleSphere && camera.coefficients[0] > 0;
+}
+
+/// Errors and their covariance.
+struct ErrorsOfRun {
+  Eigen::VectorXd errors;
+  Eigen::MatrixXd covariance;
+};
+
+/// In the coordinates of the search, in which the valley of xi is straight. `row_of`: of a camera's
+/// lens.
+template <typename RowOf>
+ErrorsOfRun in_search_coordinates(ErrorsOfRun run, const std::vector<Camera>& found,
+                                  const std::vector<Camera>& truth, const RowOf& row_of) {
+  Eigen::MatrixXd to = Eigen::MatrixXd::Identity(run.errors.size(), run.errors.size());
+  for (std::size_t c = 0; c < truth.size(); ++c) {
+    const LensForm lens = form_of(found[c]);
+    const int row = row_of(c), n = lens.parameters();
+    const Eigen::VectorXd at = search_coordinates(lens, lens_parameters(found[c]));
+    run.errors.segment(row, n) = search_coordinates(lens, lens_parameters(truth[c])) - at;
+    to.block(row, row, n, n) = by_search_coordinates(lens, at).inverse();
+  }
+  run.covariance = to * run.covariance * to.transpose();
+  return run;
 }
 
 }  // namespace chasles::test

@@ -12,16 +12,6 @@
 namespace chasles::test {
 namespace {
 
-// Mounted as on EuRoC's rig: turned by a quarter, some centimetres away.
-std::vector<Camera> mounted(std::size_t count, double readout = 0) {
-  std::vector<Camera> cameras = {euroc_camera(), euroc_camera()};
-  cameras[0].cam_T_imu = {so3::exp(Eigen::Vector3d(0.02, -0.01, 1.55)), {0.06, -0.02, 0.01}};
-  cameras[1].cam_T_imu = {so3::exp(Eigen::Vector3d(0.01, 0.02, 1.56)), {-0.05, -0.02, 0.012}};
-  for (Camera& camera : cameras) camera.shutter.readout = readout;
-  cameras.resize(count);
-  return cameras;
-}
-
 TEST(InertialCalibration, ErrorsAreThoseOfTheirCovariance) {
   double nees = 0, rows = 0, beyond = 0;
   for (const auto& [count, readout, offset] :

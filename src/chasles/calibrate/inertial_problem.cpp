@@ -3,6 +3,7 @@
 #include <limits>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <chasles/calibrate/corner_loss.hpp>
 #include <chasles/calibrate/inertial_problem_detail.hpp>
@@ -29,6 +30,24 @@ Matrix32d across(const Vector3d& gravity) {
   E.col(0) = gravity.unitOrthogonal();
   E.col(1) = gravity.normalized().cross(E.col(0));
   return E;
+}
+
+// The angular rate and its change while lines are read, on a line through the samples around them:
+// the noise of single ones would turn the lower lines of an image together.
+void fit_rate(const ImuBuffer& buffer, InertialInstant& instant) {
+  constexpr int kPoints = 9;
+  constexpr double kFrom = -0.01, kStep = 0.005;  // to 0.03 s, beyond a readout [s]
+  Eigen::Matrix<double, kPoints, 2> J;
+  Eigen::Matrix<double, kPoints, 3> rates;
+  for (int i = 0; i < kPoints; ++i) {
+    const double t = kFrom + kStep * i;
+    J.row(i) << 1, 2 * t;
+    rates.row(i) =
+        buffer.at(instant.time + from_seconds(t)).value_or(instant.sample).angular_rate_imu;
+  }
+  const Eigen::Matrix<double, 2, 3> line = (J.transpose() * J).inverse() * J.transpose() * rates;
+  instant.sample.angular_rate_imu = line.row(0);
+  instant.rate_change = line.row(1);
 }
 
 }  // namespace
@@ -66,11 +85,8 @@ void InertialProblem::make_links(const InertialRig& x, double gyroscope_factor,
   noise.accelerometer_random_walk *= accelerometer_factor;
   links_.assign(instants_.size(), std::nullopt);
   for (std::size_t k = 0; k < instants_.size(); ++k) {
-    constexpr double kAhead = 0.02;  // as long as a readout [s]
-    const Time ahead = instants_[k].time + Time(static_cast<std::int64_t>(1e9 * kAhead));
     instants_[k].sample = buffer.at(instants_[k].time).value();
-    instants_[k].rate_change =
-        (buffer.at(ahead)->angular_rate_imu - instants_[k].sample.angular_rate_imu) / (2 * kAhead);
+    fit_rate(buffer, instants_[k]);
     if (k + 1 == instants_.size()) break;
     if (to_seconds(instants_[k + 1].time - instants_[k].time) > kLongestLink) continue;
     links_[k] = imu_link(buffer.between(instants_[k].time, instants_[k + 1].time),
@@ -172,7 +188,11 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
   const auto c = static_cast<std::size_t>(view.camera);
   const Camera& camera = x.cameras[c];
   const int lens = layout_.lens(c).parameters(), shape = layout_.shape_rows();
-  const int of_camera = lens + 7 + (layout_.has_readout() ? 1 : 0), border = of_camera + shape;
+  const int of_camera = lens + 7 + (layout_.has_readout() ? 1 : 0), imu = x.imu.size();
+  const int border = of_camera + imu + shape;
+  // What the corrections of the IMU do to the motion while lines are read.
+  const ImuCorrection::Derivative by_imu_errors = x.imu.derivative(
+      instants_[k].sample.specific_force_imu, instants_[k].sample.angular_rate_imu);
   const MatrixXd by_coordinates = by_search_coordinates(
       layout_.lens(c), search_coordinates(layout_.lens(c), lens_parameters(camera)));
   const Matrix3d& R = x.states[k].world_T_imu.R;
@@ -196,7 +216,14 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
     by_state.block<2, 3>(row, 0) = by_world * hat(arm);
     by_state.block<2, 3>(row, 3) = -by_world;
     by_state.block<2, 3>(row, 6) = -motion.delay * by_world;
-    by_state.block<2, 3>(row, 12) = -motion.delay * by_world * hat(arm) * R;
+    const Eigen::Matrix<double, 2, 3> by_force = -motion.delay * motion.delay / 2 * by_world * R;
+    const Eigen::Matrix<double, 2, 3> by_rate = motion.delay * by_world * hat(arm) * R;
+    by_state.block<2, 3>(row, 9) = -by_force;
+    by_state.block<2, 3>(row, 12) = -by_rate;
+    if (imu > 0) {
+      by_border.block(row, of_camera, 2, imu) =
+          by_force * by_imu_errors.topRows<3>() + by_rate * by_imu_errors.bottomRows<3>();
+    }
     by_border.block(row, 0, 2, lens) =
         factor * *parameter_derivative(camera, p_cam) * by_coordinates;
     by_border.block<2, 3>(row, lens) = -factor * image->d_point * hat(turned);
@@ -208,12 +235,14 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
       by_border.block<2, 1>(row, lens + 7) = line_part(camera, view.pixels[i]) * by_time;
     }
     if (shape > 0) {
-      by_border.block(row, of_camera, 2, shape) = by_world * corners_.by_parameters(view.ids[i]);
+      by_border.block(row, of_camera + imu, 2, shape) =
+          by_world * corners_.by_parameters(view.ids[i]);
     }
     r.segment<2>(row) = w.root_weight * error;
     result.cost += w.cost;
   }
   std::vector<int> columns = columns_from(layout_.lens_row(c), of_camera);
+  for (int i = 0; i < imu; ++i) columns.push_back(layout_.imu_row() + i);
   for (int i = 0; i < shape; ++i) columns.push_back(layout_.shape_row() + i);
   result.equations.add(k, by_state, by_border, columns, r);
   return true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -48,7 +49,13 @@ class TargetRenderer {
 
   /// cam_T_target maps the target's frame to that of the camera.
   GrayImage render(const SE3& cam_T_target, const Photograph& how) const {
-    const std::vector<Place> places = places_of(cam_T_target);
+    return render([&](double) { return cam_T_target; }, how);
+  }
+
+  /// By a rolling shutter: the pose at the time of a row, which may lie between two.
+  GrayImage render(const std::function<SE3(double row)>& cam_T_target_at,
+                   const Photograph& how) const {
+    const std::vector<Place> places = places_of(cam_T_target_at);
     std::vector<double> grey(static_cast<std::size_t>(camera_.width) * camera_.height);
     for (int y = 0; y < camera_.height; ++y) {
       for (int x = 0; x < camera_.width; ++x) grey[index(x, y)] = mean_grey(places, x, y, how);
@@ -108,19 +115,23 @@ class TargetRenderer {
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * camera_.width + x; }
 
   // Where the corners of the pixels are on the board.
-  std::vector<Place> places_of(const SE3& cam_T_target) const {
+  std::vector<Place> places_of(const std::function<SE3(double row)>& cam_T_target_at) const {
     std::vector<Place> result;
     result.reserve(bearings_.size());
-    const Eigen::Vector3d normal = cam_T_target.R.col(2);
-    const double distance = normal.dot(cam_T_target.p);
-    for (const Eigen::Vector3d& b : bearings_) {
-      const double scale = distance / normal.dot(b);
-      if (distance >= 0 || !(scale > 0)) {
-        result.push_back({});
-        continue;
+    for (int y = 0; y <= camera_.height; ++y) {
+      const SE3 cam_T_target = cam_T_target_at(y - 0.5);
+      const Eigen::Vector3d normal = cam_T_target.R.col(2);
+      const double distance = normal.dot(cam_T_target.p);
+      for (int x = 0; x <= camera_.width; ++x) {
+        const Eigen::Vector3d& b = bearings_[result.size()];
+        const double scale = distance / normal.dot(b);
+        if (distance >= 0 || !(scale > 0)) {
+          result.push_back({});
+          continue;
+        }
+        const Eigen::Vector3d p = cam_T_target.R.transpose() * (scale * b - cam_T_target.p);
+        result.push_back({p.head<2>(), true});
       }
-      const Eigen::Vector3d p = cam_T_target.R.transpose() * (scale * b - cam_T_target.p);
-      result.push_back({p.head<2>(), true});
     }
     return result;
   }
