@@ -60,11 +60,18 @@ dds:      ## the bridge to ROS 2 over DDS and its tests: build/release/bin/chasl
 	cmake --build --preset program --target chasles chasles_dds dds_player dds_wire dds_test
 	ctest --preset release --tests-regex '^(Dds|Ros2)'
 
-bench:    ## ratios of cost, measured in one run
+bench:    ## ratios of cost, measured in one run; AGAINST=PROGRAM: to another build, by whole runs
+ifdef AGAINST
+	@tools/deps build
+	cmake --preset release
+	cmake --build --preset program
+	@python3 -m studies.against $(AGAINST)
+else
 	@tools/deps build test bench
 	cmake --preset release -DCHASLES_BENCH=ON
 	cmake --build --preset release
 	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
+endif
 
 table: build  ## runs all real recordings: fills README.md, docs/results.md, studies/{results,peers}.md
 	@python3 -m studies.table $(ARGS)

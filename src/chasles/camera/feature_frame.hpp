@@ -25,14 +25,17 @@ struct StereoObservation {
 /// Observation of a landmark by one camera of a rig.
 struct PixelObservation {
   LandmarkId landmark = 0;
-  int camera = 0;                                   ///< index into the rig
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< in the image, not undistorted [px]
+  int camera = 0;  ///< index into the rig
   /// Whether another camera found the track and this one matched it; none: not known.
   std::optional<bool> match = {};
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< in the image, not undistorted [px]
 
   /// A track of unknown origin counts as found by camera 0.
   bool is_match() const { return match.value_or(camera > 0); }
 };
+
+// A long recording has many millions of them.
+static_assert(sizeof(PixelObservation) == 32);
 
 /// All observations of the cameras at one instant: the input of the filter. A frame may be empty.
 struct FeatureFrame {

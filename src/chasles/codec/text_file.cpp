@@ -96,16 +96,32 @@ void remove_byte_order_mark(std::string& text) {
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
 }
 
-void write_file(const std::filesystem::path& file, std::string_view bytes) {
+namespace {
+
+template <typename Write>
+void with_file(const std::filesystem::path& file, const Write& write) {
   const int descriptor = open_to_write(file);
   try {
-    write_all(descriptor, bytes, file);
+    write(descriptor);
   } catch (const UsageError&) {
     ::close(descriptor);
     throw;
   }
   if (::close(descriptor) == 0) return;
   throw UsageError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+}
+
+}  // namespace
+
+void write_file(const std::filesystem::path& file, std::string_view bytes) {
+  with_file(file, [&](int descriptor) { write_all(descriptor, bytes, file); });
+}
+
+void write_parts(const std::filesystem::path& file,
+                 const std::function<bool(std::string& part)>& next) {
+  with_file(file, [&](int descriptor) {
+    for (std::string part; next(part); part.clear()) write_all(descriptor, part, file);
+  });
 }
 
 void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,11 @@ void remove_byte_order_mark(std::string& text);
 /// Writes the bytes, replacing the file. Throws UsageError if that is not possible; never waits for
 /// the reader of a pipe (output_file.hpp).
 void write_file(const std::filesystem::path& file, std::string_view bytes);
+
+/// The same of parts: `next` fills in the next one, and returns false where there is none. The text
+/// of a long run would need more memory than the run.
+void write_parts(const std::filesystem::path& file,
+                 const std::function<bool(std::string& part)>& next);
 
 /// Writes a table: one line with the names of the columns, then the rows.
 void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,

@@ -208,7 +208,7 @@ FeatureFrame Frontend::State::features(Time time) const {
         const auto seen = own ? std::optional(track.pixel) : track.others[c].pixel;
         if (!seen) continue;
         result.pixels.push_back(
-            {.landmark = track.id, .camera = static_cast<int>(c), .pixel = *seen, .match = !own});
+            {.landmark = track.id, .camera = static_cast<int>(c), .match = !own, .pixel = *seen});
       }
     }
   }

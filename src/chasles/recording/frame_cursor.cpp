@@ -6,7 +6,11 @@
 namespace chasles {
 
 FeatureFrame* FrameCursor::find(Time time) {
-  while (frame_ != end_ && frame_->time < time) ++frame_;
+  for (; frame_ != end_ && frame_->time < time; ++frame_) {
+    // All its rows are read: the frames of an hour would hold half as much again for nothing.
+    frame_->observations.shrink_to_fit();
+    frame_->pixels.shrink_to_fit();
+  }
   return frame_ != end_ && frame_->time == time ? &*frame_ : nullptr;
 }
 

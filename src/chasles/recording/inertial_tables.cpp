@@ -81,8 +81,8 @@ void read_pixels(const std::filesystem::path& file, std::size_t cameras,
     }
     frame.pixels.push_back({.landmark = csv.integer(2),
                             .camera = static_cast<int>(camera),
-                            .pixel = {csv.finite(3), csv.finite(4)},
-                            .match = match_at(csv)});
+                            .match = match_at(csv),
+                            .pixel = {csv.finite(3), csv.finite(4)}});
   }
 }
 

@@ -310,15 +310,22 @@ void read_truth_of_recording(const std::filesystem::path& file, Recording& recor
 }
 
 void write_tum(const Trajectory& trajectory, const std::filesystem::path& file) {
-  fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "# t tx ty tz qx qy qz qw\n");
-  for (const StampedPose& row : trajectory) {
-    const Eigen::Vector4d q = unit_quaternion(row.pose.R);
-    const Eigen::Vector3d& p = row.pose.p;
-    fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n", seconds_text(row.time),
-                   p.x(), p.y(), p.z(), q[0], q[1], q[2], q[3]);
-  }
-  write_file(file, {text.data(), text.size()});
+  constexpr std::size_t kRowsOfPart = 4096;
+  std::size_t row = 0;
+  bool begins = true;
+  write_parts(file, [&](std::string& text) {
+    if (!begins && row == trajectory.size()) return false;
+    if (std::exchange(begins, false)) text = "# t tx ty tz qx qy qz qw\n";
+    for (const std::size_t end = std::min(trajectory.size(), row + kRowsOfPart); row < end; ++row) {
+      const SE3& pose = trajectory[row].pose;
+      const Eigen::Vector4d q = unit_quaternion(pose.R);
+      const Eigen::Vector3d& p = pose.p;
+      fmt::format_to(std::back_inserter(text), "{} {} {} {} {} {} {} {}\n",
+                     seconds_text(trajectory[row].time), p.x(), p.y(), p.z(), q[0], q[1], q[2],
+                     q[3]);
+    }
+    return true;
+  });
 }
 
 }  // namespace chasles

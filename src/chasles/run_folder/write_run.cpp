@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -67,13 +69,33 @@ void append_pose(std::string& text, const Pose& pose) {
   }
 }
 
-std::string smoothed_text(const std::vector<SmoothedPose>& poses) {
-  std::string text = header(state_head_columns());
+constexpr std::size_t kRowsOfPart = 1000;
+
+// A table, some rows at a time.
+template <class Row>
+void write_rows(const std::filesystem::path& file, const std::string& columns,
+                std::span<const Row> rows,
+                const std::function<void(std::string&, std::span<const Row>)>& append_some) {
+  bool begins = true;
+  write_parts(file, [&](std::string& part) {
+    if (!begins && rows.empty()) return false;
+    if (std::exchange(begins, false)) part = columns;
+    const std::size_t count = std::min(kRowsOfPart, rows.size());
+    append_some(part, rows.first(count));
+    rows = rows.subspan(count);
+    return true;
+  });
+}
+
+void append_poses(std::string& text, std::span<const SmoothedPose> poses) {
   for (const SmoothedPose& pose : poses) {
     append_pose(text, pose);
     text += '\n';
   }
-  return text;
+}
+
+void write_poses(const std::filesystem::path& file, std::span<const SmoothedPose> poses) {
+  write_rows<SmoothedPose>(file, header(state_head_columns()), poses, append_poses);
 }
 
 void append_rows(std::string& text, std::span<const RunState> states) {
@@ -171,14 +193,15 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   FolderReplacement replacement(folder);
   const std::filesystem::path& place = replacement.place();
   write_tum(trajectory_of(run.states), place / "trajectory.tum");
-  write_file(place / "states.csv", states_text(run, 0));
+  write_rows<RunState>(place / "states.csv", header(state_columns(run.extra_names)), run.states,
+                       append_rows);
   if (!run.smoothed.empty()) {
     write_tum(trajectory_of(run.smoothed), place / "trajectory_smoothed.tum");
-    write_file(place / "smoothed.csv", smoothed_text(run.smoothed));
+    write_poses(place / "smoothed.csv", run.smoothed);
   }
   if (!run.in_map.empty()) {
     write_tum(trajectory_of(run.in_map), place / "trajectory_in_map.tum");
-    write_file(place / "in_map.csv", smoothed_text(run.in_map));
+    write_poses(place / "in_map.csv", run.in_map);
   }
   if (run.prior_map) write_file(place / "prior_map.csv", prior_map_text(*run.prior_map));
   write_file(place / "timing.csv", timing_text(run));
