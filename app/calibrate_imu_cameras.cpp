@@ -1,17 +1,11 @@
-#include <algorithm>
-#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/LU>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
-#include <chasles/calibrate/cameras_report.hpp>
-#include <chasles/calibrate/cross_validation.hpp>
-#include <chasles/calibrate/inertial_report.hpp>
-#include <chasles/calibration/foreign_writers.hpp>
+#include <chasles/calibrate/inertial_files.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
@@ -57,80 +51,38 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
-// What is estimated corrects samples that the recording's own intrinsics corrected; without
-// g-sensitivity.
-ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& stated) {
-  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d force = I + correction.force, rate = I + correction.rate;
-  return {.force = force * stated.force,
-          .rate = rate * stated.rate,
-          .rate_of_force = rate * stated.rate_of_force * force.inverse(),
-          .force_bias = force * stated.force_bias,
-          .rate_bias = rate * stated.rate_bias};
-}
-
-// The files of all programs, on the base of what the recording states.
-void write_files(const ImuCamerasOptions& o, const Recording& recording,
-                 const std::vector<Camera>& cameras, const std::vector<double>& time_offsets,
-                 const ImuCorrection& imu, const nlohmann::ordered_json& json,
-                 std::vector<std::string>& remarks) {
+// What the recording states, for the files of all programs.
+CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
   CalibrationToWrite calibration =
       find_calibration_to_write(o.views.recordings.front()).calibration;
-  calibration.cameras = cameras;
-  calibration.time_offsets.resize(cameras.size(), 0);
-  for (std::size_t c = 0; c < cameras.size(); ++c) calibration.time_offsets[c] += time_offsets[c];
-  if (!imu.parameters().isZero(0)) {
-    calibration.imu_intrinsics =
-        composed(imu, calibration.imu_intrinsics.value_or(ImuIntrinsics{}));
-  }
   if (calibration.imu_rate == 0 && recording.imu.size() > 1) {  // as the samples have it
     calibration.imu_rate = static_cast<double>(recording.imu.size() - 1) /
                            to_seconds(recording.imu.back().time - recording.imu.front().time);
   }
   calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.",
                                    o.views.recordings.front().string());
-  const WrittenCalibration written = write_all(calibration, o.out);
-  remarks.insert(remarks.end(), written.left_out.begin(), written.left_out.end());
-  replace_file(o.out / "imu-cameras.json", json_text(json, 2) + "\n");
+  return calibration;
 }
 
 int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
-  std::vector<std::string> remarks;
+  InertialReport report;
   const Recording recording = read_recording(o.views.recordings.front());
-  InertialCalibrationInput input = inertial_input(o, recording);
-  gather_views(o.views, recording, interrupt, input.cameras, remarks);
-  choose_lenses(input.cameras, std::vector(input.cameras.cameras.size(), candidate_lenses(o.views)),
-                o.views.from_nothing);
-  const InertialCalibration found = calibrate_inertial(input);
-  std::vector<std::string> missing = missing_motion(input, found);
-  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(missing));
-  for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
-  if (std::string few = few_pieces(found.pieces); !few.empty()) remarks.push_back(std::move(few));
-  const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
+  report.input = inertial_input(o, recording);
+  gather_views(o.views, recording, interrupt, report.input.cameras, report.remarks);
+  calibrate_with_report(report,
+                        std::vector(report.input.cameras.cameras.size(), candidate_lenses(o.views)),
+                        o.views.from_nothing);
   if (!o.out.empty()) {
-    write_files(o, recording, found.cameras, found.time_offsets, found.imu, json, remarks);
-    replace_file(o.out / "run.yaml", run_settings(found));
-    replace_file(o.out / "page.html", cameras_page(json, page_views(found.views)));
+    write_inertial(report, stated_calibration(o, recording), o.out);
+    replace_file(o.out / "page.html",
+                 cameras_page(inertial_json(report), page_views(report.calibration.views)));
   }
   if (o.json) {
-    app::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(inertial_json(report), 2));
   } else if (!o.views.quiet) {
-    app::print("{}", inertial_text(found, missing, remarks));
+    app::print("{}", inertial_text(report));
   }
   return interrupt.requested() ? Interrupt::kExitCode : 0;
-}
-
-std::string motion_text(const MotionCalibration& found) {
-  std::string text =
-      fmt::format("{:<28}{:>14}{:>14}{:>12}\n", "parameter", "stated", "estimate", "sigma");
-  for (const nlohmann::ordered_json& one : found.parameters) {
-    const std::string unit = one.value("unit", "");
-    text += fmt::format("{:<28}{:>14.6g}{:>14.6g}{:>12.3g} {}\n", one.at("name").get<std::string>(),
-                        one.at("stated").get<double>(), one.at("estimate").get<double>(),
-                        one.at("sigma").get<double>(), unit);
-  }
-  for (const std::string& remark : found.remarks) text += "- " + remark + "\n";
-  return text;
 }
 
 int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
@@ -140,15 +92,15 @@ int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interr
   Recording recording = read_input(options.input);
   MotionCalibration found = calibrate_from_motion(options, recording, o.views.from_nothing,
                                                   [&] { return interrupt.requested(); });
-  const nlohmann::ordered_json json = {{"parameters", found.parameters},
-                                       {"remarks", found.remarks}};
   if (!o.out.empty()) {
-    write_files(o, recording, found.cameras,
-                std::vector<double>(found.cameras.size(), found.time_offset), {}, json,
-                found.remarks);
+    const std::vector<double> offsets(found.cameras.size(), found.time_offset);
+    const WrittenCalibration written =
+        write_all(with_found(stated_calibration(o, recording), found.cameras, offsets, {}), o.out);
+    found.remarks.insert(found.remarks.end(), written.left_out.begin(), written.left_out.end());
+    replace_file(o.out / "imu-cameras.json", json_text(motion_json(found), 2) + "\n");
   }
   if (o.json) {
-    app::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(motion_json(found), 2));
   } else if (!o.views.quiet) {
     app::print("{}", motion_text(found));
   }

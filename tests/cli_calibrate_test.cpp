@@ -87,6 +87,7 @@ TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
   EXPECT_NEAR(T[0][1].get<double>(), 1, 0.01) << "turned by a quarter";
   EXPECT_TRUE(fs::exists(folder / "out/kalibr/camchain-imucam.yaml"));
   expect_part(slurp(folder / "out/page.html"), "cam1.time_offset");
+  EXPECT_EQ(Json::parse(slurp(folder / "out/imu-cameras.json")), result) << "with all remarks";
   EXPECT_EQ(chasles(folder, "calibrate convert out -o again --quiet").code, 0)
       << "the result is a calibration that is read";
   // Its sigmas are settings of a run.

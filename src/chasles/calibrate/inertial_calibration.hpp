@@ -29,8 +29,8 @@ struct InertialCalibrationInput {
 /// and misalignments, as ImuCorrection; the shape of the target.
 class InertialLayout {
  public:
-  InertialLayout(const std::vector<LensForm>& lenses, bool has_readout, int imu_rows,
-                 std::vector<std::string> shape_names);
+  explicit InertialLayout(const std::vector<LensForm>& lenses = {}, bool has_readout = false,
+                          int imu_rows = 0, std::vector<std::string> shape_names = {});
 
   int lens_row(std::size_t camera) const { return first_[camera]; }
   int pose_row(std::size_t camera) const { return first_[camera] + lenses_[camera].parameters(); }

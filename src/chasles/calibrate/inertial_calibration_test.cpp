@@ -7,7 +7,6 @@
 #include <chasles/calibrate/inertial_report.hpp>
 #include <chasles/calibrate/inertial_testing.hpp>
 #include <chasles/calibrate/rotation_alignment.hpp>
-#include <chasles/camera/camera_testing.hpp>
 
 namespace chasles::test {
 namespace {

@@ -60,6 +60,24 @@ InertialJson transform(const SE3& pose) {
 
 }  // namespace
 
+void calibrate_with_report(InertialReport& report,
+                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+                           int threads) {
+  CamerasInput& cameras = report.input.cameras;
+  report.rms_before = rms_before(cameras);
+  report.choices =
+      calibrate_with_chosen_lenses(cameras, candidates, from_nothing, threads,
+                                   [&] { report.calibration = calibrate_inertial(report.input); });
+  const InertialCalibration& found = report.calibration;
+  report.suspicious = suspicious_views(found.views);
+  report.missing = missing_motion(report.input, found);
+  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(report.missing));
+  std::ranges::move(contradictions(found), std::back_inserter(report.remarks));
+  if (std::string few = few_pieces(found.pieces); !few.empty()) {
+    report.remarks.push_back(std::move(few));
+  }
+}
+
 std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
                                         const InertialCalibration& calibration) {
   Eigen::Vector3d turning = Eigen::Vector3d::Zero(), force = turning, mean = turning;
@@ -129,9 +147,8 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration) 
   return found;
 }
 
-InertialJson inertial_json(const InertialCalibration& calibration,
-                           const std::vector<std::string>& missing,
-                           const std::vector<std::string>& remarks) {
+InertialJson inertial_json(const InertialReport& report) {
+  const InertialCalibration& calibration = report.calibration;
   InertialJson cameras = InertialJson::array();
   const SE3 imu_T_cam0 = calibration.cameras[0].cam_T_imu.inverse();
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
@@ -143,6 +160,7 @@ InertialJson inertial_json(const InertialCalibration& calibration,
         [&](const ExplainedView& view) { return view.view.camera == static_cast<int>(c); });
     std::size_t corners = 0;
     for (const ExplainedView& view : views) corners += view.errors.size();
+    const double before = report.rms_before[c];
     cameras.push_back(
         {{"lens", name_of(form_of(camera))},
          {"resolution", {camera.width, camera.height}},
@@ -153,8 +171,9 @@ InertialJson inertial_json(const InertialCalibration& calibration,
          {"views", views.size()},
          {"corners", corners},
          {"rms_px", rms_of_views(views)},
-         {"rms_before_px", nullptr},
+         {"rms_before_px", std::isfinite(before) ? InertialJson(before) : InertialJson(nullptr)},
          {"projection", projection_json(camera, calibration.covariance.block(row, row, n, n))}});
+    if (report.choices[c]) cameras.back()["lenses"] = trials_json(*report.choices[c]);
   }
   InertialJson parameters = InertialJson::array();
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
@@ -180,9 +199,9 @@ InertialJson inertial_json(const InertialCalibration& calibration,
           {"cameras", std::move(cameras)},
           {"parameters", std::move(parameters)},
           {"covariance", rows_of(calibration.covariance)},
-          {"suspicious", suspicious_views(calibration.views)},
-          {"missing", missing},
-          {"remarks", remarks}};
+          {"suspicious", report.suspicious},
+          {"missing", report.missing},
+          {"remarks", report.remarks}};
 }
 
 std::string run_settings(const InertialCalibration& calibration) {
@@ -217,9 +236,8 @@ std::string run_settings(const InertialCalibration& calibration) {
   return text;
 }
 
-std::string inertial_text(const InertialCalibration& calibration,
-                          const std::vector<std::string>& missing,
-                          const std::vector<std::string>& remarks) {
+std::string inertial_text(const InertialReport& report) {
+  const InertialCalibration& calibration = report.calibration;
   std::string text = fmt::format(
       "{} instants in {:.1f} s, error {:.3f} px; noise of the IMU {:.1f} (gyroscope) and {:.1f} "
       "(accelerometer) times the stated one; variances {:.1f} times those of independent corners\n",
@@ -239,7 +257,7 @@ std::string inertial_text(const InertialCalibration& calibration,
     text += fmt::format("{:<36}{:>14.6g}{:>12.3g} {}\n", name, calibration.values[i],
                         std::sqrt(calibration.covariance(i, i)), unit_of_parameter(name));
   }
-  for (const auto* list : {&missing, &remarks}) {
+  for (const auto* list : {&report.suspicious, &report.missing, &report.remarks}) {
     for (const std::string& sentence : *list) text += sentence + "\n";
   }
   return text;

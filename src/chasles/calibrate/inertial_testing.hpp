@@ -5,6 +5,7 @@
 
 #include <chasles/calibrate/calibrate_testing.hpp>
 #include <chasles/calibrate/inertial_calibration.hpp>
+#include <chasles/camera/camera_testing.hpp>
 
 /// A rig with an IMU that moves before a target, with truth. Included by tests only.
 namespace chasles::test {
