@@ -1,4 +1,5 @@
 #include <memory>
+#include <tuple>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -39,7 +40,7 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
         recording.name));
   }
   InertialCalibrationInput input{.cameras = input_for(read_target(o.views.target)),
-                                 .imu = recording.imu,
+                                 .imu = {},
                                  .convention = recording.imu_convention,
                                  .noise = *recording.imu_noise,
                                  .gravity = o.gravity.value_or(kStandardGravity),
@@ -51,6 +52,23 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
+// What corrects clocks and samples before they are read must be the same in all recordings.
+void check_same_rig(const fs::path& first, const CalibrationToWrite& of_first,
+                    const fs::path& other, const CalibrationToWrite& of_other) {
+  const auto fail = [&](const char* what) {
+    throw InputError(fmt::format(
+        "{}: its calibration has another {} than {}, expected the same rig with one calibration",
+        other.string(), what, first.string()));
+  };
+  if (of_first.time_offsets != of_other.time_offsets) fail("time offset");
+  if (of_first.imu_convention != of_other.imu_convention) fail("kind of IMU samples");
+  const auto values = [](const CalibrationToWrite& calibration) {
+    const ImuIntrinsics all = calibration.imu_intrinsics.value_or(ImuIntrinsics{});
+    return std::tuple(all.force, all.rate, all.rate_of_force, all.force_bias, all.rate_bias);
+  };
+  if (values(of_first) != values(of_other)) fail("scale or axis of the IMU");
+}
+
 // What the recording states, for the files of all programs.
 CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
   CalibrationToWrite calibration =
@@ -59,21 +77,45 @@ CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recordin
     calibration.imu_rate = static_cast<double>(recording.imu.size() - 1) /
                            to_seconds(recording.imu.back().time - recording.imu.front().time);
   }
-  calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.",
-                                   o.views.recordings.front().string());
+  std::string names;
+  for (const fs::path& path : o.views.recordings) {
+    names += (names.empty() ? "" : ", ") + path.string();
+  }
+  calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.", names);
   return calibration;
+}
+
+// Views and samples of all recordings. Returns the first one.
+Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interrupt,
+                            InertialReport& report) {
+  std::optional<Recording> first;
+  for (const fs::path& path : o.views.recordings) {
+    Recording recording = read_recording(path);
+    if (!first) report.input = inertial_input(o, recording);
+    CamerasInput of_this = input_for(read_target(o.views.target));
+    of_this.cameras = report.input.cameras.cameras;
+    gather_views(o.views, recording, interrupt, of_this, report.remarks);
+    report.input.cameras.cameras = of_this.cameras;
+    add_recording(report.input, std::move(of_this.views), recording.imu);
+    if (!first) {
+      first = std::move(recording);
+    } else {
+      const fs::path& of_first = o.views.recordings.front();
+      check_same_rig(of_first, find_calibration_to_write(of_first).calibration, path,
+                     find_calibration_to_write(path).calibration);
+    }
+  }
+  return std::move(*first);
 }
 
 int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
   InertialReport report;
-  const Recording recording = read_recording(o.views.recordings.front());
-  report.input = inertial_input(o, recording);
-  gather_views(o.views, recording, interrupt, report.input.cameras, report.remarks);
+  const Recording first = gather_recordings(o, interrupt, report);
   calibrate_with_report(report,
                         std::vector(report.input.cameras.cameras.size(), candidate_lenses(o.views)),
                         o.views.from_nothing);
   if (!o.out.empty()) {
-    write_inertial(report, stated_calibration(o, recording), o.out);
+    write_inertial(report, stated_calibration(o, first), o.out);
     replace_file(o.out / "page.html",
                  cameras_page(inertial_json(report), page_views(report.calibration.views)));
   }
@@ -110,7 +152,12 @@ int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interr
 void check_options(const ImuCamerasOptions& o) {
   check_is_new(o.out);
   candidate_lenses(o.views);
+  check_different(o.views.recordings);
   if (!o.views.target.empty()) return;
+  if (o.views.recordings.size() > 1) {
+    throw UsageError(fmt::format("found {} recordings without --target, expected one",
+                                 o.views.recordings.size()));
+  }
   if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu) {
     throw UsageError(
         "--lens, --every, --gravity, --rolling and --exact-imu need --target: without it the "
@@ -130,7 +177,7 @@ int calibrate_imu_cameras(const ImuCamerasOptions& o) {
 Action declare_calibrate_imu_cameras(CLI::App& parser) {
   const auto o = std::make_shared<ImuCamerasOptions>();
   o->views.follows_target = true;
-  declare_views(parser, o->views, false);
+  declare_views(parser, o->views, true);
   add_number(parser, "--gravity", o->gravity, "m/s^2",
              "Magnitude of gravity where the recording was made (default 9.80665)", 9.7, 9.9);
   parser.add_flag("--rolling", o->rolling,

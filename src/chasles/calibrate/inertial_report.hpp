@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/calibrate/cross_validation.hpp>
-#include <chasles/calibrate/inertial_calibration.hpp>
+#include <chasles/calibrate/inertial_halves.hpp>
 
 namespace chasles {
 
@@ -15,6 +15,7 @@ namespace chasles {
 struct InertialReport {
   InertialCalibrationInput input;  ///< without lenses
   InertialCalibration calibration;
+  std::optional<InertialHalves> halves;            ///< none: a half is too short, see `remarks`
   std::vector<std::optional<LensChoice>> choices;  ///< of each camera; none: its lens was given
   std::vector<double> rms_before;  ///< of each camera with the lens that it states [px]; NaN: none
   std::vector<std::string> suspicious;  ///< views that the others contradict
@@ -38,6 +39,11 @@ std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
 /// What contradicts the result: residuals of the IMU far above its noise, as those of a target of
 /// another size.
 std::vector<std::string> contradictions(const InertialCalibration& calibration);
+
+/// A sentence on each camera whose lens is another one with the IMU than by its views alone: more
+/// than three of the latter's sigmas in a parameter. It names a lens that does better. None of
+/// rolling shutters, of which the views alone have no motion.
+std::vector<std::string> lens_contradictions(const InertialReport& report);
 
 /// The content of imu-cameras.json (docs/calibration.md).
 nlohmann::ordered_json inertial_json(const InertialReport& report);

@@ -48,6 +48,26 @@ TEST(InertialReport, SaysHowGoodItIsAndItsFilesHaveAllRemarks) {
   fs::remove_all(folder);
 }
 
+TEST(InertialReport, NamesALensThatFits) {
+  const BoardRigScene scene{.cameras = mounted(1), .seconds = 8, .frame_rate = 10};
+  for (const LensForm& lens : {LensForm{Distortion::kRadtan, 4}, LensForm{Distortion::kEucm, 2}}) {
+    InertialReport report;
+    report.input = inertial_views(scene, 5);
+    report.input.cameras.lenses = {lens};
+    report.choices.resize(1);
+    report.calibration = calibrate_inertial(report.input);
+    const std::vector<std::string> found = lens_contradictions(report);
+    if (lens.distortion == Distortion::kRadtan) {
+      EXPECT_TRUE(found.empty()) << found[0];
+      continue;
+    }
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NE(found[0].find("by the views alone and"), std::string::npos) << found[0];
+    EXPECT_NE(found[0].find("the lens eucm does not fit; the lens radtan"), std::string::npos)
+        << found[0];
+  }
+}
+
 TEST(InertialReport, WhatWasFoundCorrectsWhatIsStated) {
   ImuIntrinsics intrinsics;
   intrinsics.force.diagonal() << 1.01, 0.98, 1;
