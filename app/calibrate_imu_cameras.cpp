@@ -1,5 +1,4 @@
 #include <memory>
-#include <tuple>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -11,6 +10,7 @@
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/interrupt.hpp>
 #include <chasles/session/motion_calibration.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/target/target_file.hpp>
@@ -52,23 +52,6 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
-// What corrects clocks and samples before they are read must be the same in all recordings.
-void check_same_rig(const fs::path& first, const CalibrationToWrite& of_first,
-                    const fs::path& other, const CalibrationToWrite& of_other) {
-  const auto fail = [&](const char* what) {
-    throw InputError(fmt::format(
-        "{}: its calibration has another {} than {}, expected the same rig with one calibration",
-        other.string(), what, first.string()));
-  };
-  if (of_first.time_offsets != of_other.time_offsets) fail("time offset");
-  if (of_first.imu_convention != of_other.imu_convention) fail("kind of IMU samples");
-  const auto values = [](const CalibrationToWrite& calibration) {
-    const ImuIntrinsics all = calibration.imu_intrinsics.value_or(ImuIntrinsics{});
-    return std::tuple(all.force, all.rate, all.rate_of_force, all.force_bias, all.rate_bias);
-  };
-  if (values(of_first) != values(of_other)) fail("scale or axis of the IMU");
-}
-
 // What the recording states, for the files of all programs.
 CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
   CalibrationToWrite calibration =
@@ -85,7 +68,7 @@ CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recordin
   return calibration;
 }
 
-// Views and samples of all recordings. Returns the first one.
+// Views and samples of all recordings: what was found until Ctrl-C counts. Returns the first one.
 Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interrupt,
                             InertialReport& report) {
   std::optional<Recording> first;
@@ -101,21 +84,31 @@ Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interru
       first = std::move(recording);
     } else {
       const fs::path& of_first = o.views.recordings.front();
-      check_same_rig(of_first, find_calibration_to_write(of_first).calibration, path,
-                     find_calibration_to_write(path).calibration);
+      check_same_rig(of_first.string(), find_calibration_to_write(of_first).calibration,
+                     path.string(), find_calibration_to_write(path).calibration);
     }
+    if (interrupt.requested()) break;
   }
   return std::move(*first);
 }
 
-int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
+int calibrate_with_target(const ImuCamerasOptions& o) {
   InertialReport report;
-  const Recording first = gather_recordings(o, interrupt, report);
-  calibrate_with_report(report,
-                        std::vector(report.input.cameras.cameras.size(), candidate_lenses(o.views)),
-                        o.views.from_nothing);
+  std::optional<Recording> first;
+  bool is_interrupted = false;
+  {
+    const Interrupt interrupt;
+    first = gather_recordings(o, interrupt, report);
+    is_interrupted = interrupt.requested();
+  }
+  {
+    const EndAtOnce nothing_is_written({});
+    const std::size_t cameras = report.input.cameras.cameras.size();
+    calibrate_with_report(report, std::vector(cameras, candidate_lenses(o.views)),
+                          o.views.from_nothing, o.views.threads);
+  }
   if (!o.out.empty()) {
-    write_inertial(report, stated_calibration(o, first), o.out);
+    write_inertial(report, stated_calibration(o, *first), o.out);
     replace_file(o.out / "page.html",
                  cameras_page(inertial_json(report), page_views(report.calibration.views)));
   }
@@ -124,10 +117,11 @@ int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt
   } else if (!o.views.quiet) {
     app::print("{}", inertial_text(report));
   }
-  return interrupt.requested() ? Interrupt::kExitCode : 0;
+  return is_interrupted ? Interrupt::kExitCode : 0;
 }
 
-int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
+int calibrate_without_target(const ImuCamerasOptions& o) {
+  const Interrupt interrupt;
   SessionOptions options;
   options.input.recording = o.views.recordings.front();
   options.quiet = o.views.quiet;
@@ -167,9 +161,7 @@ void check_options(const ImuCamerasOptions& o) {
 
 int calibrate_imu_cameras(const ImuCamerasOptions& o) {
   check_options(o);
-  const Interrupt interrupt;
-  return o.views.target.empty() ? calibrate_without_target(o, interrupt)
-                                : calibrate_with_target(o, interrupt);
+  return o.views.target.empty() ? calibrate_without_target(o) : calibrate_with_target(o);
 }
 
 }  // namespace

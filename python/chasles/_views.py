@@ -40,7 +40,7 @@ class GivenViews:
                           self._for_each(lenses, len(image_sizes)), self._start(start, image_sizes), bool(bend))
 
     def error(self, sentence: str) -> _core.InputError:
-        return self.error(f"{sentence}")
+        return _core.InputError(f"{self._call}: {sentence}")
 
     def finite(self, values: Any, name: str, columns: int) -> Array:
         try:

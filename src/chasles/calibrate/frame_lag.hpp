@@ -16,7 +16,7 @@ struct FrameLag {
 
 /// Compares cam_T_target of two cameras by the stated times: their relative attitude is the same at
 /// all instants, and if it is so much better between images up to 3 frames apart, these belong
-/// together. None where the stated times are right, or the views too few to tell.
+/// together. None where the stated times are right, or the views too few to show it.
 std::optional<FrameLag> frame_lag(const std::map<Time, SE3>& first,
                                   const std::map<Time, SE3>& second);
 

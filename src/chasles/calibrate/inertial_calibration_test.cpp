@@ -105,6 +105,10 @@ TEST(InertialCalibration, ASensorThatIsReadTheOtherWayRoundIsTurned) {
   EXPECT_EQ(found.cameras[0].shutter.direction, ReadoutDirection::kUp);
   EXPECT_NEAR(found.cameras[0].shutter.readout, 0.015, 2e-4);
   EXPECT_NEAR(found.time_offsets[0], 0.01, 2e-4);
+  const int offset = found.layout.offset_row(0), readout = found.layout.readout_row(0);
+  EXPECT_EQ(found.values[offset], found.time_offsets[0]);
+  EXPECT_EQ(found.values[readout], found.cameras[0].shutter.readout);
+  EXPECT_LT(found.covariance(offset, readout), 0) << "an early first line is a long readout";
 }
 
 TEST(RotationAlignment, FindsMountingAndOffsetFromNothing) {

@@ -1,6 +1,10 @@
+#include <tuple>
+
 #include <Eigen/LU>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/calibrate/inertial_files.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
@@ -31,6 +35,23 @@ CalibrationToWrite with_found(CalibrationToWrite stated, const std::vector<Camer
     result.imu_intrinsics = composed(imu, result.imu_intrinsics.value_or(ImuIntrinsics{}));
   }
   return result;
+}
+
+void check_same_rig(const std::string& first, const CalibrationToWrite& of_first,
+                    const std::string& other, const CalibrationToWrite& of_other) {
+  const auto fail = [&](const char* what) {
+    throw InputError(fmt::format(
+        "{}: its calibration has another {} than that of {}: expected the same rig, with one "
+        "calibration",
+        other, what, first));
+  };
+  if (of_first.time_offsets != of_other.time_offsets) fail("time offset");
+  if (of_first.imu_convention != of_other.imu_convention) fail("kind of IMU samples");
+  const auto values = [](const CalibrationToWrite& calibration) {
+    const ImuIntrinsics all = calibration.imu_intrinsics.value_or(ImuIntrinsics{});
+    return std::tuple(all.force, all.rate, all.rate_of_force, all.force_bias, all.rate_bias);
+  };
+  if (values(of_first) != values(of_other)) fail("scale or axis of the IMU");
 }
 
 void write_inertial(InertialReport& report, const CalibrationToWrite& stated,

@@ -87,7 +87,7 @@ LensDifference lens_difference(const InertialCalibration& found, std::size_t c) 
 
 // What other lenses do for the views of a camera, which has `lens`.
 std::string better_lens(const CamerasInput& input, std::size_t c, const LensForm& lens,
-                        const std::optional<LensChoice>& choice) {
+                        const std::optional<LensChoice>& choice, int threads) {
   std::vector<LensTrial> trials;
   if (choice) {
     trials = choice->trials;
@@ -101,7 +101,7 @@ std::string better_lens(const CamerasInput& input, std::size_t c, const LensForm
     CamerasInput again = input;
     again.lenses.clear();
     try {
-      trials = choose_lenses(again, candidates, false)[c]->trials;
+      trials = choose_lenses(again, candidates, false, threads)[c]->trials;
     } catch (const InputError&) {
       return "";
     }
@@ -124,7 +124,7 @@ std::string better_lens(const CamerasInput& input, std::size_t c, const LensForm
 
 }  // namespace
 
-std::vector<std::string> lens_contradictions(const InertialReport& report) {
+std::vector<std::string> lens_contradictions(const InertialReport& report, int threads) {
   constexpr double kMostSigmas = 3;
   const InertialCalibration& found = report.calibration;
   std::vector<std::string> sentences;
@@ -132,7 +132,8 @@ std::vector<std::string> lens_contradictions(const InertialReport& report) {
     const LensDifference most = lens_difference(found, c);
     if (!(most.sigmas() > kMostSigmas)) continue;
     const LensForm& lens = found.layout.lens(c);
-    const std::string better = better_lens(report.input.cameras, c, lens, report.choices[c]);
+    const std::string better =
+        better_lens(report.input.cameras, c, lens, report.choices[c], threads);
     sentences.push_back(fmt::format(
         "cam{}.{} is {:.6g} by the views alone and {:.6g} with the IMU, {:.1f} sigma apart: the "
         "lens {} does not fit{}{}",
@@ -147,9 +148,9 @@ void calibrate_with_report(InertialReport& report,
                            int threads) {
   CamerasInput& cameras = report.input.cameras;
   report.rms_before = rms_before(cameras);
-  report.choices =
-      calibrate_with_chosen_lenses(cameras, candidates, from_nothing, threads,
-                                   [&] { report.calibration = calibrate_inertial(report.input); });
+  report.choices = calibrate_with_chosen_lenses(cameras, candidates, from_nothing, threads, [&] {
+    report.calibration = calibrate_inertial(report.input);
+  });
   const InertialCalibration& found = report.calibration;
   try {
     report.halves = compare_halves(report.input, found);
@@ -160,7 +161,7 @@ void calibrate_with_report(InertialReport& report,
   report.missing = missing_motion(report.input, found);
   std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(report.missing));
   std::ranges::move(contradictions(found), std::back_inserter(report.remarks));
-  std::ranges::move(lens_contradictions(report), std::back_inserter(report.remarks));
+  std::ranges::move(lens_contradictions(report, threads), std::back_inserter(report.remarks));
   if (std::string few = few_pieces(found.pieces); !few.empty()) {
     report.remarks.push_back(std::move(few));
   }

@@ -43,7 +43,7 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration);
 /// A sentence on each camera whose lens is another one with the IMU than by its views alone: more
 /// than three of the latter's sigmas in a parameter. It names a lens that does better. None of
 /// rolling shutters, of which the views alone have no motion.
-std::vector<std::string> lens_contradictions(const InertialReport& report);
+std::vector<std::string> lens_contradictions(const InertialReport& report, int threads = 1);
 
 /// The content of imu-cameras.json (docs/calibration.md).
 nlohmann::ordered_json inertial_json(const InertialReport& report);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/calibrate/inertial_files.hpp>
 #include <chasles/calibrate/inertial_testing.hpp>
 
@@ -92,6 +93,26 @@ TEST(InertialReport, WhatWasFoundCorrectsWhatIsStated) {
   EXPECT_LT((twice.specific_force_imu - once.specific_force_imu).norm(), 1e-12);
   EXPECT_LT((twice.angular_rate_imu - once.angular_rate_imu).norm(), 1e-12);
   EXPECT_FALSE(with_found({.name = "rig"}, mounted(1), {0}, {}).imu_intrinsics);
+}
+
+TEST(InertialReport, RecordingsOfOneRigHaveOneCalibration) {
+  const CalibrationToWrite first{.name = "a", .time_offsets = {0.1, 0.2}};
+  check_same_rig("a", first, "b", first);
+  CalibrationToWrite later = first, means = first, scaled = first;
+  later.time_offsets[1] = 0.3;
+  means.imu_convention = ImuConvention::kIntervalMean;
+  scaled.imu_intrinsics.emplace().force(2, 2) = 1.01;
+  for (const auto& [other, what] :
+       {std::pair(later, "b: its calibration has another time offset than that of a"),
+        {means, "another kind of IMU samples"},
+        {scaled, "another scale or axis of the IMU"}}) {
+    try {
+      check_same_rig("a", first, "b", other);
+      ADD_FAILURE() << what;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+    }
+  }
 }
 
 }  // namespace

@@ -215,8 +215,8 @@ InertialRig first_rig(const InertialCalibrationInput& input, const CamerasCalibr
   if (force.scale < -3 * force.sigma) {
     throw InputError(fmt::format(
         "the accelerometer has the other sign: its changes are {:.2f} times those of the cameras' "
-        "motion, expected about 1: change the signs of its axes, so that the one that points up "
-        "at rest measures +{:.3g} m/s^2",
+        "motion, expected about 1: change the signs of its axes, so that in a standstill the one "
+        "that points up measures +{:.3g} m/s^2",
         force.scale, input.gravity));
   }
   for (std::size_t k = 0; k < x.states.size(); ++k) {
