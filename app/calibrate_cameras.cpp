@@ -58,14 +58,7 @@ bool gather_all(const CamerasOptions& o, CamerasReport& report) {
   const Interrupt interrupt;
   CamerasInput& input = report.input;
   input = input_for(read_target(o.views.target));
-  for (auto path = o.views.recordings.begin(); path != o.views.recordings.end(); ++path) {
-    if (std::find(o.views.recordings.begin(), path, *path) != path) {
-      throw UsageError(
-          fmt::format("{}: is there twice, expected each recording once: its views "
-                      "would count as independent ones",
-                      path->string()));
-    }
-  }
+  check_different(o.views.recordings);
   for (const fs::path& path : o.views.recordings) {
     const Recording recording =
         is_target_images(path) ? read_target_images(path) : read_recording(path);
@@ -97,7 +90,7 @@ int calibrate_by_views(const CamerasOptions& o) {
 
 Action declare_calibrate_cameras(CLI::App& parser) {
   const auto o = std::make_shared<CamerasOptions>();
-  declare_views(parser, o->views, true);
+  declare_views(parser, o->views, false);
   parser
       .add_option("-o,--output", o->out,
                   "Folder for calibration.yaml, the files of other programs, cameras.json, "

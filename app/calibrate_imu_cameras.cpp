@@ -1,21 +1,16 @@
-#include <algorithm>
-#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/LU>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
-#include <chasles/calibrate/cameras_report.hpp>
-#include <chasles/calibrate/cross_validation.hpp>
-#include <chasles/calibrate/inertial_report.hpp>
-#include <chasles/calibration/foreign_writers.hpp>
+#include <chasles/calibrate/inertial_files.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
 #include <chasles/recording/readers.hpp>
+#include <chasles/session/interrupt.hpp>
 #include <chasles/session/motion_calibration.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/target/target_file.hpp>
@@ -45,7 +40,7 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
         recording.name));
   }
   InertialCalibrationInput input{.cameras = input_for(read_target(o.views.target)),
-                                 .imu = recording.imu,
+                                 .imu = {},
                                  .convention = recording.imu_convention,
                                  .noise = *recording.imu_noise,
                                  .gravity = o.gravity.value_or(kStandardGravity),
@@ -57,98 +52,91 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
   return input;
 }
 
-// What is estimated corrects samples that the recording's own intrinsics corrected; without
-// g-sensitivity.
-ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& stated) {
-  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d force = I + correction.force, rate = I + correction.rate;
-  return {.force = force * stated.force,
-          .rate = rate * stated.rate,
-          .rate_of_force = rate * stated.rate_of_force * force.inverse(),
-          .force_bias = force * stated.force_bias,
-          .rate_bias = rate * stated.rate_bias};
-}
-
-// The files of all programs, on the base of what the recording states.
-void write_files(const ImuCamerasOptions& o, const Recording& recording,
-                 const std::vector<Camera>& cameras, const std::vector<double>& time_offsets,
-                 const ImuCorrection& imu, const nlohmann::ordered_json& json,
-                 std::vector<std::string>& remarks) {
+// What the recording states, for the files of all programs.
+CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
   CalibrationToWrite calibration =
       find_calibration_to_write(o.views.recordings.front()).calibration;
-  calibration.cameras = cameras;
-  calibration.time_offsets.resize(cameras.size(), 0);
-  for (std::size_t c = 0; c < cameras.size(); ++c) calibration.time_offsets[c] += time_offsets[c];
-  if (!imu.parameters().isZero(0)) {
-    calibration.imu_intrinsics =
-        composed(imu, calibration.imu_intrinsics.value_or(ImuIntrinsics{}));
-  }
   if (calibration.imu_rate == 0 && recording.imu.size() > 1) {  // as the samples have it
     calibration.imu_rate = static_cast<double>(recording.imu.size() - 1) /
                            to_seconds(recording.imu.back().time - recording.imu.front().time);
   }
-  calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.",
-                                   o.views.recordings.front().string());
-  const WrittenCalibration written = write_all(calibration, o.out);
-  remarks.insert(remarks.end(), written.left_out.begin(), written.left_out.end());
-  replace_file(o.out / "imu-cameras.json", json_text(json, 2) + "\n");
+  std::string names;
+  for (const fs::path& path : o.views.recordings) {
+    names += (names.empty() ? "" : ", ") + path.string();
+  }
+  calibration.remark = fmt::format("Made by `chasles calibrate imu-cameras` from {}.", names);
+  return calibration;
 }
 
-int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
-  std::vector<std::string> remarks;
-  const Recording recording = read_recording(o.views.recordings.front());
-  InertialCalibrationInput input = inertial_input(o, recording);
-  gather_views(o.views, recording, interrupt, input.cameras, remarks);
-  choose_lenses(input.cameras, std::vector(input.cameras.cameras.size(), candidate_lenses(o.views)),
-                o.views.from_nothing);
-  const InertialCalibration found = calibrate_inertial(input);
-  std::vector<std::string> missing = missing_motion(input, found);
-  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(missing));
-  for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
-  if (std::string few = few_pieces(found.pieces); !few.empty()) remarks.push_back(std::move(few));
-  const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
+// Views and samples of all recordings: what was found until Ctrl-C counts. Returns the first one.
+Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interrupt,
+                            InertialReport& report) {
+  std::optional<Recording> first;
+  for (const fs::path& path : o.views.recordings) {
+    Recording recording = read_recording(path);
+    if (!first) report.input = inertial_input(o, recording);
+    CamerasInput of_this = input_for(read_target(o.views.target));
+    of_this.cameras = report.input.cameras.cameras;
+    gather_views(o.views, recording, interrupt, of_this, report.remarks);
+    report.input.cameras.cameras = of_this.cameras;
+    add_recording(report.input, std::move(of_this.views), recording.imu);
+    if (!first) {
+      first = std::move(recording);
+    } else {
+      const fs::path& of_first = o.views.recordings.front();
+      check_same_rig(of_first.string(), find_calibration_to_write(of_first).calibration,
+                     path.string(), find_calibration_to_write(path).calibration);
+    }
+    if (interrupt.requested()) break;
+  }
+  return std::move(*first);
+}
+
+int calibrate_with_target(const ImuCamerasOptions& o) {
+  InertialReport report;
+  std::optional<Recording> first;
+  bool is_interrupted = false;
+  {
+    const Interrupt interrupt;
+    first = gather_recordings(o, interrupt, report);
+    is_interrupted = interrupt.requested();
+  }
+  {
+    const EndAtOnce nothing_is_written({});
+    const std::size_t cameras = report.input.cameras.cameras.size();
+    calibrate_with_report(report, std::vector(cameras, candidate_lenses(o.views)),
+                          o.views.from_nothing, o.views.threads);
+  }
   if (!o.out.empty()) {
-    write_files(o, recording, found.cameras, found.time_offsets, found.imu, json, remarks);
-    replace_file(o.out / "run.yaml", run_settings(found));
-    replace_file(o.out / "page.html", cameras_page(json, page_views(found.views)));
+    write_inertial(report, stated_calibration(o, *first), o.out);
+    replace_file(o.out / "page.html",
+                 cameras_page(inertial_json(report), page_views(report.calibration.views)));
   }
   if (o.json) {
-    app::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(inertial_json(report), 2));
   } else if (!o.views.quiet) {
-    app::print("{}", inertial_text(found, missing, remarks));
+    app::print("{}", inertial_text(report));
   }
-  return interrupt.requested() ? Interrupt::kExitCode : 0;
+  return is_interrupted ? Interrupt::kExitCode : 0;
 }
 
-std::string motion_text(const MotionCalibration& found) {
-  std::string text =
-      fmt::format("{:<28}{:>14}{:>14}{:>12}\n", "parameter", "stated", "estimate", "sigma");
-  for (const nlohmann::ordered_json& one : found.parameters) {
-    const std::string unit = one.value("unit", "");
-    text += fmt::format("{:<28}{:>14.6g}{:>14.6g}{:>12.3g} {}\n", one.at("name").get<std::string>(),
-                        one.at("stated").get<double>(), one.at("estimate").get<double>(),
-                        one.at("sigma").get<double>(), unit);
-  }
-  for (const std::string& remark : found.remarks) text += "- " + remark + "\n";
-  return text;
-}
-
-int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
+int calibrate_without_target(const ImuCamerasOptions& o) {
+  const Interrupt interrupt;
   SessionOptions options;
   options.input.recording = o.views.recordings.front();
   options.quiet = o.views.quiet;
   Recording recording = read_input(options.input);
   MotionCalibration found = calibrate_from_motion(options, recording, o.views.from_nothing,
                                                   [&] { return interrupt.requested(); });
-  const nlohmann::ordered_json json = {{"parameters", found.parameters},
-                                       {"remarks", found.remarks}};
   if (!o.out.empty()) {
-    write_files(o, recording, found.cameras,
-                std::vector<double>(found.cameras.size(), found.time_offset), {}, json,
-                found.remarks);
+    const std::vector<double> offsets(found.cameras.size(), found.time_offset);
+    const WrittenCalibration written =
+        write_all(with_found(stated_calibration(o, recording), found.cameras, offsets, {}), o.out);
+    found.remarks.insert(found.remarks.end(), written.left_out.begin(), written.left_out.end());
+    replace_file(o.out / "imu-cameras.json", json_text(motion_json(found), 2) + "\n");
   }
   if (o.json) {
-    app::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(motion_json(found), 2));
   } else if (!o.views.quiet) {
     app::print("{}", motion_text(found));
   }
@@ -158,7 +146,12 @@ int calibrate_without_target(const ImuCamerasOptions& o, const Interrupt& interr
 void check_options(const ImuCamerasOptions& o) {
   check_is_new(o.out);
   candidate_lenses(o.views);
+  check_different(o.views.recordings);
   if (!o.views.target.empty()) return;
+  if (o.views.recordings.size() > 1) {
+    throw UsageError(fmt::format("found {} recordings without --target, expected one",
+                                 o.views.recordings.size()));
+  }
   if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu) {
     throw UsageError(
         "--lens, --every, --gravity, --rolling and --exact-imu need --target: without it the "
@@ -168,9 +161,7 @@ void check_options(const ImuCamerasOptions& o) {
 
 int calibrate_imu_cameras(const ImuCamerasOptions& o) {
   check_options(o);
-  const Interrupt interrupt;
-  return o.views.target.empty() ? calibrate_without_target(o, interrupt)
-                                : calibrate_with_target(o, interrupt);
+  return o.views.target.empty() ? calibrate_without_target(o) : calibrate_with_target(o);
 }
 
 }  // namespace
@@ -178,7 +169,7 @@ int calibrate_imu_cameras(const ImuCamerasOptions& o) {
 Action declare_calibrate_imu_cameras(CLI::App& parser) {
   const auto o = std::make_shared<ImuCamerasOptions>();
   o->views.follows_target = true;
-  declare_views(parser, o->views, false);
+  declare_views(parser, o->views, true);
   add_number(parser, "--gravity", o->gravity, "m/s^2",
              "Magnitude of gravity where the recording was made (default 9.80665)", 9.7, 9.9);
   parser.add_flag("--rolling", o->rolling,

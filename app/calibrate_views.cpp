@@ -16,25 +16,23 @@
 
 namespace chasles::app {
 
-void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
+void declare_views(CLI::App& parser, ViewsOptions& o, bool has_imu) {
   o.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  CLI::Option* recordings =
-      parser
-          .add_option("RECORDING", o.recordings,
-                      several
-                          ? "Recordings of the target, or folders of images, by the same cameras"
-                          : "Recording of a moving rig with an IMU")
-          ->required()
-          ->type_name("");
-  if (!several) recordings->expected(1);
+  parser
+      .add_option("RECORDING", o.recordings,
+                  has_imu ? "Recordings of a moving rig with an IMU; without --target, one"
+                          : "Recordings of the target, or folders of images, by the same cameras")
+      ->required()
+      ->type_name("");
   CLI::Option* target =
       parser
           .add_option("--target", o.target,
-                      several ? "File of the target (docs/calibration.md)"
-                              : "File of the target (docs/calibration.md); without it: from any "
-                                "motion, by batch estimation")
+                      has_imu ? "File of the target (docs/calibration.md), which may be moved "
+                                "between recordings; without it: from any motion, by batch "
+                                "estimation"
+                              : "File of the target (docs/calibration.md)")
           ->type_name("FILE");
-  if (several) target->required();
+  if (!has_imu) target->required();
   parser
       .add_option("--lens", o.lens,
                   "Lens model, or several of which views that took no part choose the best, as "
@@ -47,9 +45,9 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
       ->check(CLI::Range(1, 256))
       ->type_name("N");
   parser.add_flag("--from-nothing", o.from_nothing,
-                  several ? "Do not begin at the lens that the recording states"
-                          : "Do not begin at the lens, or without a target at the mounting, that "
-                            "the recording states");
+                  has_imu ? "Do not begin at the lens, or without a target at the mounting, that "
+                            "the recording states"
+                          : "Do not begin at the lens that the recording states");
   parser.add_flag("--quiet", o.quiet, "Print nothing but errors");
 }
 
@@ -112,6 +110,16 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o) {
   return lens_candidates(o.lens, "--lens");
+}
+
+void check_different(const std::vector<std::filesystem::path>& recordings) {
+  for (auto path = recordings.begin(); path != recordings.end(); ++path) {
+    if (std::find(recordings.begin(), path, *path) == path) continue;
+    throw UsageError(
+        fmt::format("{}: is there twice, expected each recording once: its views would count as "
+                    "independent ones",
+                    path->string()));
+  }
 }
 
 void check_is_new(const std::filesystem::path& folder) {

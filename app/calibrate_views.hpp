@@ -25,8 +25,8 @@ struct ViewsOptions {
   bool follows_target = false;  ///< the target's pose must go on from view to view
 };
 
-/// Adds the arguments and options. `several`: of recordings.
-void declare_views(CLI::App& parser, ViewsOptions& o, bool several);
+/// Adds the arguments and options. `has_imu`: of recordings with an IMU, with a target or without.
+void declare_views(CLI::App& parser, ViewsOptions& o, bool has_imu);
 
 /// The views of a recording, with its cameras; those of a further recording come later in time.
 void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
@@ -34,6 +34,9 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
 
 /// The lenses of the option. Throws UsageError.
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o);
+
+/// Throws UsageError where a recording is there twice.
+void check_different(const std::vector<std::filesystem::path>& recordings);
 
 /// For results: a calibration.yaml in a recording would calibrate its next run, and files of an
 /// earlier calibration would stay beside those of this one. Throws UsageError for a folder that is

@@ -87,12 +87,38 @@ TEST(CalibrateImuCameras, RealCornersGiveMountingAndClock) {
   EXPECT_NEAR(T[0][1].get<double>(), 1, 0.01) << "turned by a quarter";
   EXPECT_TRUE(fs::exists(folder / "out/kalibr/camchain-imucam.yaml"));
   expect_part(slurp(folder / "out/page.html"), "cam1.time_offset");
+  EXPECT_EQ(Json::parse(slurp(folder / "out/imu-cameras.json")), result) << "with all remarks";
   EXPECT_EQ(chasles(folder, "calibrate convert out -o again --quiet").code, 0)
       << "the result is a calibration that is read";
   // Its sigmas are settings of a run.
   ASSERT_EQ(chasles(folder, "simulate turntable --set revolutions=0.15 -o rec --quiet").code, 0);
   const Outcome run = chasles(folder, "run rec --config out/run.yaml --json --quiet");
   EXPECT_EQ(run.code, 0) << run.err;
+}
+
+TEST(CalibrateImuCameras, TwoRecordingsCountTogether) {
+  const auto april = recorded("imu_april");
+  if (!april) GTEST_SKIP() << "no recordings";
+  const Scratch folder;
+  spill(folder / "board.yaml", kTarget);
+  fs::copy(*april, folder / "again");
+  const std::string options = "--target board.yaml --lens equidistant --every 4 --json";
+  const Outcome one = chasles(folder, "calibrate imu-cameras again " + options);
+  const Outcome two =
+      chasles(folder, "calibrate imu-cameras" + quoted(*april) + "again " + options);
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_EQ(two.code, 0) << two.err;
+  const Json alone = Json::parse(one.out), both = Json::parse(two.out);
+  EXPECT_EQ(both.at("views"), 2 * alone.at("views").get<int>());
+  EXPECT_NEAR(both.at("seconds"), 2 * alone.at("seconds").get<double>(), 0.1);
+  EXPECT_EQ(both.at("recordings").size(), 2u);
+  EXPECT_NEAR(both.at("recordings")[1].at("gravity_target_m_per_s2")[0],
+              alone.at("gravity_target_m_per_s2")[0], 0.01);
+  for (const char* name : {"cam0.position_x", "cam1.time_offset", "imu.gyroscope_scale_z"}) {
+    const double sigma = value(alone, name, "sigma");
+    EXPECT_NEAR(value(both, name), value(alone, name), sigma) << name;
+    EXPECT_NEAR(value(both, name, "sigma"), sigma / std::sqrt(2), 0.15 * sigma) << name;
+  }
 }
 
 TEST(CalibrateCameras, SaysWhatIsWrong) {
@@ -114,6 +140,9 @@ TEST(CalibrateCameras, SaysWhatIsWrong) {
   const Outcome even = chasles(folder, "calibrate imu-cameras rec --target even.yaml");
   EXPECT_EQ(even.code, 2);
   expect_part(even.err, "looks the same after half a turn");
+  expect_part(chasles(folder, "calibrate imu-cameras rec rec").err, "rec: is there twice");
+  expect_part(chasles(folder, "calibrate imu-cameras rec again").err,
+              "found 2 recordings without --target, expected one");
 }
 
 // The mounting that the images show, from a wrong one.

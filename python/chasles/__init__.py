@@ -34,6 +34,14 @@ from ._arrays import from_arrays as _from_arrays
 from ._batch import Batch, batch
 from ._calls import compare, monte_carlo, run, simulate
 from ._calibrate import CamerasCalibration, Halves, Parameters, calibrate_cameras
+from ._calibrate_imu import (
+    ImuCamerasCalibration,
+    ImuCorrection,
+    MotionCalibration,
+    StatedParameters,
+    calibrate_from_motion,
+    calibrate_imu_cameras,
+)
 from ._executors import RayExecutor
 from ._check import Check, Finding, check
 from ._functions import command, evaluate, join_imu, main, read, read_run, settings
@@ -44,11 +52,13 @@ from .lab import ChartState, Comparison, FirstSight, Study, register_chart, regi
 
 __all__ = [
     "Batch", "Camera", "CamerasCalibration", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate",
-    "FilterArguments", "Finding", "FirstSight", "Halves", "ImuNoise", "InputError", "NoiseCalibration",
-    "NotInitialisedError", "Parameters", "PredictedState", "RayExecutor", "RealtimeSlam", "Recording", "Run",
-    "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study", "UsageError", "__version__", "batch",
-    "calibrate_cameras", "calibrate_noise", "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo",
-    "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
+    "FilterArguments", "Finding", "FirstSight", "Halves", "ImuCamerasCalibration", "ImuCorrection", "ImuNoise",
+    "InputError", "MotionCalibration", "NoiseCalibration", "NotInitialisedError", "Parameters", "PredictedState",
+    "RayExecutor", "RealtimeSlam", "Recording", "Run", "RunArguments", "RunSettings", "SceneSettings", "Slam",
+    "StatedParameters", "StreetSettings", "Study", "UsageError", "__version__", "batch", "calibrate_cameras",
+    "calibrate_from_motion", "calibrate_imu_cameras", "calibrate_noise", "check", "command", "compare", "evaluate",
+    "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings",
+    "simulate",
 ]
 
 setattr(Recording, "from_arrays", staticmethod(_from_arrays))

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,7 +11,9 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
+#include <chasles/calibrate/inertial_report.hpp>
 #include <chasles/codec/utf8.hpp>
+#include <chasles/session/motion_calibration.hpp>
 
 #include "arrays.hpp"
 #include "long_call.hpp"
@@ -21,6 +24,7 @@ namespace {
 
 // Views in the form that python/chasles/_calibrate.py has checked.
 struct GivenViews {
+  std::string of;  // the function
   py::list times;
   std::vector<int> cameras;
   std::vector<std::vector<int>> ids;  // rising
@@ -31,7 +35,7 @@ std::vector<TargetView> views_of(const GivenViews& given) {
   std::vector<TargetView> views;
   for (std::size_t i = 0; i < given.cameras.size(); ++i) {
     TargetView view{
-        .time = time_of(given.times[i], fmt::format("calibrate_cameras: views[{}]: time", i)),
+        .time = time_of(given.times[i], fmt::format("{}: views[{}]: time", given.of, i)),
         .camera = given.cameras[i],
         .ids = given.ids[i],
         .pixels = {}};
@@ -116,31 +120,101 @@ py::dict error_columns(const std::vector<ExplainedView>& views) {
   return result;
 }
 
-// `lenses`: of each camera. `start`: of each camera with the lens to begin at, or none.
+// The views, with the target turned so that cameras see the side of its z axis, and the lenses to
+// try. `lenses`: of each camera. `start`: of each camera with the lens to begin at, or none.
+struct GivenCameras {
+  CamerasInput input;
+  std::vector<std::vector<LensForm>> candidates;
+  bool is_turned = false;
+};
+
+GivenCameras given_cameras(const Rows& corners, GivenViews views,
+                           const std::vector<std::pair<int, int>>& sizes,
+                           const std::vector<std::string>& lenses, const std::vector<Camera>& start,
+                           bool bend) {
+  GivenCameras given;
+  CamerasInput& input = given.input;
+  for (const auto& corner : corners.rowwise()) input.corners.emplace_back(corner.transpose());
+  input.views = views_of(views);
+  for (std::size_t c = 0; c < sizes.size(); ++c) {
+    input.cameras.push_back(
+        start.empty() ? Camera{.width = sizes[c].first, .height = sizes[c].second, .cam_T_imu = {}}
+                      : start[c]);
+    given.candidates.push_back(lens_candidates(lenses[c], "lenses"));
+  }
+  if (bend) input.shape = bent_shape(input.corners);
+  given.is_turned = is_seen_from_behind(input);
+  if (given.is_turned) turn_target(input);
+  return given;
+}
+
 py::tuple calibrate(const Rows& corners, const py::list& times, std::vector<int> cameras,
                     std::vector<std::vector<int>> ids, std::vector<Rows> pixels,
                     const std::vector<std::pair<int, int>>& sizes,
                     const std::vector<std::string>& lenses, const std::vector<Camera>& start,
                     bool bend) {
+  const GivenCameras given = given_cameras(
+      corners, {"calibrate_cameras", times, std::move(cameras), std::move(ids), std::move(pixels)},
+      sizes, lenses, start, bend);
   CamerasReport report;
-  CamerasInput& input = report.input;
-  for (const auto& corner : corners.rowwise()) input.corners.emplace_back(corner.transpose());
-  input.views = views_of({times, std::move(cameras), std::move(ids), std::move(pixels)});
-  std::vector<std::vector<LensForm>> candidates;
-  for (std::size_t c = 0; c < sizes.size(); ++c) {
-    input.cameras.push_back(
-        start.empty() ? Camera{.width = sizes[c].first, .height = sizes[c].second, .cam_T_imu = {}}
-                      : start[c]);
-    candidates.push_back(lens_candidates(lenses[c], "lenses"));
-  }
-  if (bend) input.shape = bent_shape(input.corners);
-  const bool is_turned = is_seen_from_behind(input);
-  if (is_turned) turn_target(input);
-  LongCall().in_turn([&] { calibrate_with_report(report, candidates, false); });
+  report.input = given.input;
+  LongCall().in_turn([&] { calibrate_with_report(report, given.candidates, false); });
   CamerasCalibration& found = report.calibration;
-  if (is_turned) turn_back(found.views);
+  if (given.is_turned) turn_back(found.views);
   return py::make_tuple(json_text(cameras_json(report)), found.cameras, view_columns(found.views),
                         error_columns(found.views));
+}
+
+// The frame of the target as it was given.
+void turn_back(InertialCalibration& found) {
+  turn_back(found.views);
+  const Eigen::DiagonalMatrix<double, 3> half_turn(1, -1, -1);
+  for (std::size_t r = 0; r < found.gravity_target.size(); ++r) {
+    Eigen::Vector3d& gravity = found.gravity_target[r];
+    const Eigen::Vector3d axis = half_turn * gravity.unitOrthogonal();
+    gravity = half_turn * gravity;
+    // Its axes are the turned ones, or their opposites.
+    if (axis.dot(gravity.unitOrthogonal()) > 0) continue;
+    const int row = found.layout.gravity_row(r);
+    found.covariance.middleRows<2>(row) *= -1;
+    found.covariance.middleCols<2>(row) *= -1;
+  }
+}
+
+py::tuple calibrate_imu(const Rows& corners, const py::list& times, std::vector<int> cameras,
+                        std::vector<std::vector<int>> ids, std::vector<Rows> pixels,
+                        const std::vector<std::pair<int, int>>& sizes,
+                        const std::vector<std::string>& lenses, const std::vector<Camera>& start,
+                        bool bend, const Recording& imu, const ImuNoise& noise, double gravity,
+                        bool rolling, bool exact_imu) {
+  GivenCameras given = given_cameras(
+      corners,
+      {"calibrate_imu_cameras", times, std::move(cameras), std::move(ids), std::move(pixels)},
+      sizes, lenses, start, bend);
+  InertialReport report;
+  report.input = {.cameras = std::move(given.input),
+                  .imu = imu.imu,
+                  .noise = noise,
+                  .gravity = gravity,
+                  .has_readout = rolling,
+                  .has_imu_errors = !exact_imu};
+  for (const Camera& camera : start) report.input.has_readout |= camera.shutter.is_rolling();
+  LongCall().in_turn([&] { calibrate_with_report(report, given.candidates, false); });
+  InertialCalibration& found = report.calibration;
+  if (given.is_turned) turn_back(found);
+  return py::make_tuple(json_text(inertial_json(report)), found.cameras, view_columns(found.views),
+                        error_columns(found.views), found.imu.force, found.imu.rate);
+}
+
+py::tuple from_motion(Recording recording, bool from_nothing) {
+  SessionOptions options;
+  options.quiet = true;
+  LongCall call;
+  const MotionCalibration found = call.in_turn([&] {
+    return calibrate_from_motion(options, recording, from_nothing, [&] { return call.stopped(); });
+  });
+  return py::make_tuple(json_text(motion_json(found)), found.cameras, found.time_offset,
+                        motion_text(found));
 }
 
 }  // namespace
@@ -149,6 +223,11 @@ void bind_calibrations(py::module_& m) {
   m.def("calibrate_cameras", &calibrate, py::arg("corners"), py::arg("times"), py::arg("cameras"),
         py::arg("ids"), py::arg("pixels"), py::arg("sizes"), py::arg("lenses"), py::arg("start"),
         py::arg("bend"));
+  m.def("calibrate_imu_cameras", &calibrate_imu, py::arg("corners"), py::arg("times"),
+        py::arg("cameras"), py::arg("ids"), py::arg("pixels"), py::arg("sizes"), py::arg("lenses"),
+        py::arg("start"), py::arg("bend"), py::arg("imu"), py::arg("noise"), py::arg("gravity"),
+        py::arg("rolling"), py::arg("exact_imu"));
+  m.def("calibrate_from_motion", &from_motion, py::arg("recording"), py::arg("from_nothing"));
 }
 
 }  // namespace chasles::python

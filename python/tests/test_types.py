@@ -34,9 +34,9 @@ def checked(folder, *command):
 def test_the_package_agrees_with_its_types(alone, tmp_path):
     # What the package itself exports; chasles.interop passes objects of packages without types on.
     files = [alone / "chasles" / name for name in (
-        "__init__.py", "_arguments.py", "_arrays.py", "_batch.py", "_calibrate.py", "_calls.pyi", "_check.py", "_core.pyi", "_executors.py",
+        "__init__.py", "_arguments.py", "_arrays.py", "_batch.py", "_calibrate.py", "_calibrate_imu.py", "_calls.pyi", "_check.py", "_core.pyi", "_executors.py",
         "_functions.py", "_lab.pyi", "_laboratory.py", "_optional.py", "_page.py", "_picture.py", "_places.py", "_plot.py",
-        "_progress.py", "_run.py", "_settings.py", "lab.py")]
+        "_progress.py", "_run.py", "_settings.py", "_views.py", "lab.py")]
     checked(alone, "mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir", tmp_path,
             *files)
 

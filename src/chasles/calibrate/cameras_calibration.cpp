@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 
@@ -11,6 +12,7 @@
 #include <chasles/calibrate/camera_alone_detail.hpp>
 #include <chasles/calibrate/cameras_calibration.hpp>
 #include <chasles/calibrate/correlated_errors_detail.hpp>
+#include <chasles/calibrate/frame_lag.hpp>
 #include <chasles/calibrate/rig_search_detail.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -101,6 +103,25 @@ void place_cameras(std::vector<AloneCamera>& cameras) {
     }
     cameras[next].camera.cam_T_imu = middle_pose(best);
     placed[next] = true;
+  }
+}
+
+// The cameras of an instant see one pose of the target.
+void check_lags(const std::vector<AloneCamera>& cameras) {
+  std::vector<std::map<Time, SE3>> poses(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (const PosedView& one : cameras[c].views) poses[c][one.view->time] = one.cam_T_target;
+    for (std::size_t other = 0; other < c; ++other) {
+      const std::optional<FrameLag> lag = frame_lag(poses[other], poses[c]);
+      if (!lag) continue;
+      const int frames = std::abs(lag->frames);
+      throw InputError(fmt::format(
+          "cam{} is {} frame{} ({:.3f} s) late against cam{}: the target moves in its images as in "
+          "those that came before; expected images of an instant to have one time: is an image "
+          "lost, or are the stamps of one camera those of its transfer?",
+          lag->frames > 0 ? c : other, frames, frames > 1 ? "s" : "", lag->seconds,
+          lag->frames > 0 ? other : c));
+    }
   }
 }
 
@@ -215,6 +236,7 @@ CamerasCalibration calibrate_cameras(const CamerasInput& input) {
                                        of_camera(views, camera), said(camera)));
     for (const PosedView& one : cameras.back().views) usable.push_back(one.view);
   }
+  check_lags(cameras);
   place_cameras(cameras);
   const CamerasLayout layout(input.lenses, input.shape.names);
   const ShapedCorners corners(input.corners, input.shape);

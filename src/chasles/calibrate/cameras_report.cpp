@@ -48,8 +48,7 @@ Eigen::VectorXd values_of(const CamerasCalibration& calibration, const CamerasLa
   return values;
 }
 
-// With the lens that the input states, each view with the pose that is best.
-double rms_before(const CamerasInput& input, std::size_t c) {
+double stated_rms(const CamerasInput& input, std::size_t c) {
   const Camera& camera = input.cameras[c];
   if (camera.fx <= 0) return kNaN;
   double squares = 0, corners = 0;
@@ -107,15 +106,7 @@ Json camera_json(const CamerasReport& report, std::size_t c) {
     json["halves_px"] = report.halves->pixels[c];
     json["halves_sigma_px"] = report.halves->pixels_sigma[c];
   }
-  if (report.choices[c]) {
-    Json trials = Json::array();
-    for (const LensTrial& trial : report.choices[c]->trials) {
-      trials.push_back({{"lens", name_of(trial.lens)},
-                        {"held_out_rms_px", finite(trial.held_out_rms)},
-                        {"fault", trial.fault}});
-    }
-    json["lenses"] = std::move(trials);
-  }
+  if (report.choices[c]) json["lenses"] = trials_json(*report.choices[c]);
   return json;
 }
 
@@ -147,9 +138,7 @@ void calibrate_with_report(CamerasReport& report,
                            const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
                            int threads) {
   CamerasInput& input = report.input;
-  for (std::size_t c = 0; c < input.cameras.size(); ++c) {
-    report.rms_before.push_back(rms_before(input, c));
-  }
+  report.rms_before = rms_before(input);
   std::string no_halves;
   const auto calibrate = [&](std::size_t part) {
     if (part == 0) {
@@ -173,6 +162,12 @@ void calibrate_with_report(CamerasReport& report,
   }
   report.suspicious = suspicious_views(report.calibration.views);
   report.missing = missing_views(report.calibration.cameras, report.calibration.views);
+}
+
+std::vector<double> rms_before(const CamerasInput& input) {
+  std::vector<double> errors;
+  for (std::size_t c = 0; c < input.cameras.size(); ++c) errors.push_back(stated_rms(input, c));
+  return errors;
 }
 
 double suspicious_rms(const std::vector<ExplainedView>& views) {
@@ -201,6 +196,16 @@ std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& view
                     limit / kSuspicious));
   }
   return sentences;
+}
+
+Json trials_json(const LensChoice& choice) {
+  Json trials = Json::array();
+  for (const LensTrial& trial : choice.trials) {
+    trials.push_back({{"lens", name_of(trial.lens)},
+                      {"held_out_rms_px", finite(trial.held_out_rms)},
+                      {"fault", trial.fault}});
+  }
+  return trials;
 }
 
 Json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance) {

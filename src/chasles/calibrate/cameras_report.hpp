@@ -37,6 +37,10 @@ void calibrate_with_report(CamerasReport& report,
                            const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
                            int threads = 1);
 
+/// Of each camera with the lens that the input states, each view with the pose that is best: the
+/// root mean square error of the corners [px]; NaN: it states none.
+std::vector<double> rms_before(const CamerasInput& input);
+
 /// A view with a larger root mean square error is suspicious: four times that of the median view
 /// [px].
 double suspicious_rms(const std::vector<ExplainedView>& views);
@@ -49,6 +53,8 @@ std::vector<std::string> missing_views(const std::vector<Camera>& cameras,
                                        const std::vector<ExplainedView>& views);
 /// u, v [px] and the uncertainty of the projection there [px, rad], of a grid of the image.
 nlohmann::ordered_json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance);
+/// The lenses that were tried for a camera.
+nlohmann::ordered_json trials_json(const LensChoice& choice);
 
 /// The content of cameras.json (docs/calibration.md).
 nlohmann::ordered_json cameras_json(const CamerasReport& report);

@@ -64,18 +64,9 @@ void add_held_out(const std::vector<Camera>& cameras, const CamerasInput& views,
   }
 }
 
-double rms_of(const std::vector<PixelDifference>& differences) {
-  double sum = 0;
-  for (const PixelDifference& one : differences) sum += one.difference.squaredNorm() / 2;
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, differences.size())));
-}
-
 double rms_sigma(const CamerasCalibration& calibration, std::size_t camera) {
-  const auto grid =
-      projection_uncertainty(calibration.cameras[camera], lens_covariance(calibration, camera));
-  double sum = 0;
-  for (const PixelUncertainty& one : grid) sum += one.sigma_px * one.sigma_px;
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, grid.size())));
+  return rms_of(
+      projection_uncertainty(calibration.cameras[camera], lens_covariance(calibration, camera)));
 }
 
 Eigen::VectorXd differences(const CamerasCalibration& a, const CamerasCalibration& b) {

@@ -7,7 +7,6 @@
 #include <chasles/calibrate/inertial_report.hpp>
 #include <chasles/calibrate/inertial_testing.hpp>
 #include <chasles/calibrate/rotation_alignment.hpp>
-#include <chasles/camera/camera_testing.hpp>
 
 namespace chasles::test {
 namespace {
@@ -60,6 +59,28 @@ TEST(InertialCalibration, SaysWhatDoesNotFit) {
   EXPECT_NE(fault_of(input).find("found 0 IMU samples"), std::string::npos);
 }
 
+TEST(InertialCalibration, SaysWhichSensorIsTurnedAndWhichCameraIsLate) {
+  const BoardRigScene scene{.cameras = mounted(2), .seconds = 5, .frame_rate = 10};
+  const InertialCalibrationInput input = inertial_views(scene, 1);
+  InertialCalibrationInput upside_down = input;
+  for (ImuSample& sample : upside_down.imu) sample.specific_force_imu *= -1;
+  EXPECT_NE(fault_of(upside_down).find("accelerometer has the other sign"), std::string::npos)
+      << fault_of(upside_down);
+  InertialCalibrationInput mirrored = input;
+  for (ImuSample& sample : mirrored.imu) sample.angular_rate_imu.y() *= -1;
+  EXPECT_NE(fault_of(mirrored).find("turns the other way round"), std::string::npos)
+      << fault_of(mirrored);
+  for (const int frames : {1, -2}) {
+    InertialCalibrationInput late = input;
+    for (TargetView& view : late.cameras.views) {
+      if (view.camera == 1) view.time += frames * std::chrono::milliseconds(100);
+    }
+    const std::string expected =
+        frames > 0 ? "cam1 is 1 frame (0.100 s) late against cam0" : "cam0 is 2 frames (0.200 s)";
+    EXPECT_NE(fault_of(late).find(expected), std::string::npos) << fault_of(late);
+  }
+}
+
 TEST(InertialCalibration, ATargetOfAnotherSizeContradictsTheAccelerometer) {
   const BoardRigScene scene{.cameras = mounted(1), .seconds = 8};
   InertialCalibrationInput input = inertial_views(scene, 2);
@@ -84,6 +105,10 @@ TEST(InertialCalibration, ASensorThatIsReadTheOtherWayRoundIsTurned) {
   EXPECT_EQ(found.cameras[0].shutter.direction, ReadoutDirection::kUp);
   EXPECT_NEAR(found.cameras[0].shutter.readout, 0.015, 2e-4);
   EXPECT_NEAR(found.time_offsets[0], 0.01, 2e-4);
+  const int offset = found.layout.offset_row(0), readout = found.layout.readout_row(0);
+  EXPECT_EQ(found.values[offset], found.time_offsets[0]);
+  EXPECT_EQ(found.values[readout], found.cameras[0].shutter.readout);
+  EXPECT_LT(found.covariance(offset, readout), 0) << "an early first line is a long readout";
 }
 
 TEST(RotationAlignment, FindsMountingAndOffsetFromNothing) {

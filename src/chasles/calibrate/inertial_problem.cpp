@@ -24,14 +24,6 @@ constexpr double kAccelerometerBiasSigma = 0.5, kGyroscopeBiasSigma = 0.1, kVelo
 constexpr double kScaleSigma = 0.005, kMisalignmentSigma = 0.002;
 constexpr double kOffsetSigma = 1, kReadoutSigma = 0.02;
 
-// Two directions across gravity in which it turns.
-Matrix32d across(const Vector3d& gravity) {
-  Matrix32d E;
-  E.col(0) = gravity.unitOrthogonal();
-  E.col(1) = gravity.normalized().cross(E.col(0));
-  return E;
-}
-
 // The angular rate and its change while lines are read, on a line through the samples around them:
 // the noise of single ones would turn the lower lines of an image together.
 void fit_rate(const ImuBuffer& buffer, InertialInstant& instant) {
@@ -52,9 +44,16 @@ void fit_rate(const ImuBuffer& buffer, InertialInstant& instant) {
 
 }  // namespace
 
+Matrix32d across(const Vector3d& gravity) {
+  Matrix32d E;
+  E.col(0) = gravity.unitOrthogonal();
+  E.col(1) = gravity.normalized().cross(E.col(0));
+  return E;
+}
+
 InertialMotion::InertialMotion(const InertialState& x, const InertialRig& rig,
                                const InertialInstant& at, double seconds)
-    : acceleration(rig.gravity), delay(seconds) {
+    : acceleration(rig.gravity[at.recording]), delay(seconds) {
   const ImuSample sample = corrected(rig.imu, at.sample);
   const Vector3d now = sample.angular_rate_imu - x.gyroscope_bias;
   rate = now + 2 * seconds * at.rate_change;
@@ -135,7 +134,10 @@ std::optional<InertialRig> InertialProblem::moved(const InertialRig& x,
     next.offsets[c] += d[layout_.offset_row(c)];
     if (layout_.has_readout()) next.cameras[c].shutter.readout += d[layout_.readout_row(c)];
   }
-  next.gravity = so3::exp(across(x.gravity) * d.segment<2>(layout_.gravity_row())) * x.gravity;
+  for (std::size_t r = 0; r < x.gravity.size(); ++r) {
+    const Vector3d& g = x.gravity[r];
+    next.gravity[r] = so3::exp(across(g) * d.segment<2>(layout_.gravity_row(r))) * g;
+  }
   if (x.imu.size() > 0) next.imu.add(d.segment(layout_.imu_row(), x.imu.size()));
   next.shape += d.tail(layout_.shape_rows());
   for (std::size_t k = 0; k < x.states.size(); ++k) {
@@ -167,7 +169,7 @@ std::pair<double, double> InertialProblem::link_squares(const InertialRig& x) co
   for (std::size_t k = 0; k < links_.size(); ++k) {
     if (!links_[k]) continue;
     const Vector15d r = link_residual(chasles::corrected(x.imu, *links_[k]), x.states[k],
-                                      x.states[k + 1], x.gravity);
+                                      x.states[k + 1], x.gravity[instants_[k].recording]);
     // W is lower triangular: the first rows are of the rotation alone.
     rotation += r.head<3>().squaredNorm() / 3;
     motion += r.segment<6>(3).squaredNorm() / 6;
@@ -263,8 +265,10 @@ void InertialProblem::add_first(const InertialRig& x, std::size_t k, LinearisedR
 
 void InertialProblem::add_link(const InertialRig& x, std::size_t k, LinearisedRig& result) const {
   const ImuLink link = chasles::corrected(x.imu, *links_[k]);
+  const std::size_t recording = instants_[k].recording;
+  const Vector3d& gravity = x.gravity[recording];
   LinkDerivatives d;
-  const Vector15d r = link_residual(link, x.states[k], x.states[k + 1], x.gravity, &d);
+  const Vector15d r = link_residual(link, x.states[k], x.states[k + 1], gravity, &d);
   const double t = to_seconds(instants_[k + 1].time - instants_[k].time);
   const Matrix3d Rt = x.states[k].world_T_imu.R.transpose();
   Eigen::Matrix<double, 15, 3> by_gravity = Eigen::Matrix<double, 15, 3>::Zero();
@@ -272,12 +276,13 @@ void InertialProblem::add_link(const InertialRig& x, std::size_t k, LinearisedRi
   by_gravity.middleRows<3>(6) = -t * Rt;
   const int imu = x.imu.size();
   MatrixXd by_border(15, 2 + imu);
-  by_border.leftCols<2>() = link.whitening * by_gravity * -hat(x.gravity) * across(x.gravity);
+  by_border.leftCols<2>() = link.whitening * by_gravity * -hat(gravity) * across(gravity);
   if (imu > 0) {
     by_border.rightCols(imu) = link_by_imu(*links_[k], x.imu, x.states[k], x.states[k + 1]);
   }
-  result.equations.add_link(k, d.now, d.next, by_border,
-                            columns_from(layout_.gravity_row(), 2 + imu), r);
+  std::vector<int> columns = columns_from(layout_.gravity_row(recording), 2);
+  for (int i = 0; i < imu; ++i) columns.push_back(layout_.imu_row() + i);
+  result.equations.add_link(k, d.now, d.next, by_border, columns, r);
   result.cost += r.squaredNorm() / 2;
 }
 

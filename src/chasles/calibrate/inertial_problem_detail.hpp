@@ -20,6 +20,7 @@ inline constexpr double kLongestLink = 1;
 struct InertialInstant {
   Time time{};  ///< of the state, IMU's clock
   std::vector<const TargetView*> views;
+  std::size_t recording = 0;
   ImuSample sample;  ///< at that time, as measured
   /// Half of its change, while lines are read [rad/s^2].
   Eigen::Vector3d rate_change = Eigen::Vector3d::Zero();
@@ -28,7 +29,7 @@ struct InertialInstant {
 struct InertialRig {
   std::vector<Camera> cameras;
   std::vector<double> offsets;
-  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< in the target's frame [m/s^2]
+  std::vector<Eigen::Vector3d> gravity;  ///< in the target's frame, of each recording [m/s^2]
   ImuCorrection imu = {};
   Eigen::VectorXd shape;
   std::vector<InertialState> states;  ///< of each instant; world: the target's frame
@@ -44,6 +45,9 @@ struct InertialMotion {
   InertialMotion(const InertialState& x, const InertialRig& rig, const InertialInstant& at,
                  double seconds);
 };
+
+/// Two directions across gravity, in which it turns.
+Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& gravity);
 
 /// Of each parameter before any view; infinite where nothing is known.
 Eigen::VectorXd prior_sigmas(const InertialCalibrationInput& input, const InertialLayout& layout,

@@ -1,13 +1,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <tuple>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
+#include <chasles/calibrate/projection_uncertainty.hpp>
 
 namespace chasles {
 namespace {
@@ -59,6 +63,109 @@ InertialJson transform(const SE3& pose) {
 }
 
 }  // namespace
+
+namespace {
+
+// The parameter of a lens that is farthest from that of the views alone.
+struct LensDifference {
+  int parameter = 0;
+  double alone = 0, sigma = 1, joint = 0;
+  double sigmas() const { return std::abs(joint - alone) / sigma; }
+};
+
+LensDifference lens_difference(const InertialCalibration& found, std::size_t c) {
+  const Eigen::VectorXd alone = lens_parameters(found.alone.cameras[c]);
+  const Eigen::VectorXd joint = lens_parameters(found.cameras[c]);
+  const Eigen::VectorXd sigmas = lens_covariance(found.alone, c).diagonal().cwiseSqrt();
+  LensDifference most;
+  for (int i = 0; i < alone.size(); ++i) {
+    const LensDifference one{i, alone[i], sigmas[i], joint[i]};
+    if (i == 0 || one.sigmas() > most.sigmas()) most = one;
+  }
+  return most;
+}
+
+// What other lenses do for the views of a camera, which has `lens`.
+std::string better_lens(const CamerasInput& input, std::size_t c, const LensForm& lens,
+                        const std::optional<LensChoice>& choice, int threads) {
+  std::vector<LensTrial> trials;
+  if (choice) {
+    trials = choice->trials;
+  } else {
+    std::vector<std::vector<LensForm>> candidates;
+    for (const LensForm& given : input.lenses) candidates.push_back({given});
+    candidates[c] = common_lenses();
+    if (std::ranges::find(candidates[c], lens) == candidates[c].end()) {
+      candidates[c].push_back(lens);
+    }
+    CamerasInput again = input;
+    again.lenses.clear();
+    try {
+      trials = choose_lenses(again, candidates, false, threads)[c]->trials;
+    } catch (const InputError&) {
+      return "";
+    }
+  }
+  double own = std::numeric_limits<double>::infinity();
+  for (const LensTrial& trial : trials) {
+    if (trial.lens == lens && std::isfinite(trial.held_out_rms)) own = trial.held_out_rms;
+  }
+  const LensTrial* best = nullptr;
+  for (const LensTrial& trial : trials) {
+    if (!(trial.held_out_rms < own)) continue;
+    if (best == nullptr || trial.held_out_rms < best->held_out_rms) best = &trial;
+  }
+  if (best == nullptr) {
+    return fmt::format("none of {} lenses predicts its views better", trials.size());
+  }
+  return fmt::format("the lens {} predicts its views to {:.3f} px, {} to {:.3f} px",
+                     name_of(best->lens), best->held_out_rms, name_of(lens), own);
+}
+
+}  // namespace
+
+std::vector<std::string> lens_contradictions(const InertialReport& report, int threads) {
+  constexpr double kMostSigmas = 3;
+  const InertialCalibration& found = report.calibration;
+  std::vector<std::string> sentences;
+  for (std::size_t c = 0; !report.input.has_readout && c < found.cameras.size(); ++c) {
+    const LensDifference most = lens_difference(found, c);
+    if (!(most.sigmas() > kMostSigmas)) continue;
+    const LensForm& lens = found.layout.lens(c);
+    const std::string better =
+        better_lens(report.input.cameras, c, lens, report.choices[c], threads);
+    sentences.push_back(fmt::format(
+        "cam{}.{} is {:.6g} by the views alone and {:.6g} with the IMU, {:.1f} sigma apart: the "
+        "lens {} does not fit{}{}",
+        c, lens_parameter_names(lens)[static_cast<std::size_t>(most.parameter)], most.alone,
+        most.joint, most.sigmas(), name_of(lens), better.empty() ? "" : "; ", better));
+  }
+  return sentences;
+}
+
+void calibrate_with_report(InertialReport& report,
+                           const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
+                           int threads) {
+  CamerasInput& cameras = report.input.cameras;
+  report.rms_before = rms_before(cameras);
+  report.choices = calibrate_with_chosen_lenses(cameras, candidates, from_nothing, threads, [&] {
+    report.calibration = calibrate_inertial(report.input);
+  });
+  const InertialCalibration& found = report.calibration;
+  try {
+    report.halves = compare_halves(report.input, found);
+  } catch (const InputError& error) {
+    report.remarks.push_back(fmt::format("no comparison of halves: {}", error.what()));
+  }
+  report.suspicious = suspicious_views(found.views);
+  report.missing = missing_motion(report.input, found);
+  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(report.missing));
+  std::ranges::move(contradictions(found), std::back_inserter(report.remarks));
+  std::ranges::move(lens_contradictions(report, threads), std::back_inserter(report.remarks));
+  if (std::string few = few_pieces(found.pieces); !few.empty()) {
+    report.remarks.push_back(std::move(few));
+  }
+}
 
 std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
                                         const InertialCalibration& calibration) {
@@ -129,9 +236,8 @@ std::vector<std::string> contradictions(const InertialCalibration& calibration) 
   return found;
 }
 
-InertialJson inertial_json(const InertialCalibration& calibration,
-                           const std::vector<std::string>& missing,
-                           const std::vector<std::string>& remarks) {
+InertialJson inertial_json(const InertialReport& report) {
+  const InertialCalibration& calibration = report.calibration;
   InertialJson cameras = InertialJson::array();
   const SE3 imu_T_cam0 = calibration.cameras[0].cam_T_imu.inverse();
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
@@ -143,6 +249,7 @@ InertialJson inertial_json(const InertialCalibration& calibration,
         [&](const ExplainedView& view) { return view.view.camera == static_cast<int>(c); });
     std::size_t corners = 0;
     for (const ExplainedView& view : views) corners += view.errors.size();
+    const double before = report.rms_before[c];
     cameras.push_back(
         {{"lens", name_of(form_of(camera))},
          {"resolution", {camera.width, camera.height}},
@@ -153,8 +260,13 @@ InertialJson inertial_json(const InertialCalibration& calibration,
          {"views", views.size()},
          {"corners", corners},
          {"rms_px", rms_of_views(views)},
-         {"rms_before_px", nullptr},
+         {"rms_before_px", std::isfinite(before) ? InertialJson(before) : InertialJson(nullptr)},
          {"projection", projection_json(camera, calibration.covariance.block(row, row, n, n))}});
+    if (report.halves) {
+      cameras.back()["halves_px"] = report.halves->pixels[c];
+      cameras.back()["halves_sigma_px"] = report.halves->pixels_sigma[c];
+    }
+    if (report.choices[c]) cameras.back()["lenses"] = trials_json(*report.choices[c]);
   }
   InertialJson parameters = InertialJson::array();
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
@@ -163,26 +275,37 @@ InertialJson inertial_json(const InertialCalibration& calibration,
                           {"value", calibration.values[i]},
                           {"unit", unit_of_parameter(name)},
                           {"sigma", std::sqrt(calibration.covariance(i, i))}});
+    if (!report.halves) continue;
+    parameters.back()["halves_difference"] = report.halves->difference[i];
+    parameters.back()["halves_sigma"] = report.halves->sigma[i];
   }
-  return {{"instants", calibration.instants},
-          {"views", calibration.views.size()},
-          {"views_without_pose", calibration.alone.without_pose},
-          {"seconds", calibration.seconds},
-          {"rms_px", rms_of_views(calibration.views)},
-          {"pixel_sigma_px", calibration.pixel_sigma},
-          {"correlation_factor", calibration.correlation_factor},
-          {"gyroscope_factor", calibration.gyroscope_factor},
-          {"accelerometer_factor", calibration.accelerometer_factor},
-          {"gravity_target_m_per_s2", numbers(calibration.gravity_target)},
-          {"accelerometer_bias_m_per_s2", numbers(calibration.biases.head<3>())},
-          {"gyroscope_bias_rad_per_s", numbers(calibration.biases.tail<3>())},
-          {"iterations", calibration.iterations},
-          {"cameras", std::move(cameras)},
-          {"parameters", std::move(parameters)},
-          {"covariance", rows_of(calibration.covariance)},
-          {"suspicious", suspicious_views(calibration.views)},
-          {"missing", missing},
-          {"remarks", remarks}};
+  InertialJson json = {{"instants", calibration.states.size()},
+                       {"views", calibration.views.size()},
+                       {"views_without_pose", calibration.alone.without_pose},
+                       {"seconds", calibration.seconds},
+                       {"rms_px", rms_of_views(calibration.views)},
+                       {"pixel_sigma_px", calibration.pixel_sigma},
+                       {"correlation_factor", calibration.correlation_factor},
+                       {"gyroscope_factor", calibration.gyroscope_factor},
+                       {"accelerometer_factor", calibration.accelerometer_factor},
+                       {"gravity_target_m_per_s2", numbers(calibration.gravity_target.front())},
+                       {"accelerometer_bias_m_per_s2", numbers(calibration.biases.head<3>())},
+                       {"gyroscope_bias_rad_per_s", numbers(calibration.biases.tail<3>())},
+                       {"iterations", calibration.iterations},
+                       {"cameras", std::move(cameras)},
+                       {"parameters", std::move(parameters)},
+                       {"covariance", rows_of(calibration.covariance)},
+                       {"suspicious", report.suspicious},
+                       {"missing", report.missing},
+                       {"remarks", report.remarks}};
+  if (calibration.gravity_target.size() > 1) {
+    InertialJson recordings = InertialJson::array();
+    for (const Eigen::Vector3d& gravity : calibration.gravity_target) {
+      recordings.push_back({{"gravity_target_m_per_s2", numbers(gravity)}});
+    }
+    json["recordings"] = std::move(recordings);
+  }
+  return json;
 }
 
 std::string run_settings(const InertialCalibration& calibration) {
@@ -217,29 +340,34 @@ std::string run_settings(const InertialCalibration& calibration) {
   return text;
 }
 
-std::string inertial_text(const InertialCalibration& calibration,
-                          const std::vector<std::string>& missing,
-                          const std::vector<std::string>& remarks) {
+std::string inertial_text(const InertialReport& report) {
+  const InertialCalibration& calibration = report.calibration;
   std::string text = fmt::format(
       "{} instants in {:.1f} s, error {:.3f} px; noise of the IMU {:.1f} (gyroscope) and {:.1f} "
       "(accelerometer) times the stated one; variances {:.1f} times those of independent corners\n",
-      calibration.instants, calibration.seconds, rms_of_views(calibration.views),
+      calibration.states.size(), calibration.seconds, rms_of_views(calibration.views),
       calibration.gyroscope_factor, calibration.accelerometer_factor,
       calibration.correlation_factor);
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
     text += fmt::format("cam{}: {}\n", c, name_of(form_of(calibration.cameras[c])));
   }
-  const Eigen::Vector3d& g = calibration.gravity_target;
-  text += fmt::format("gravity in the target's frame: {:.4f} {:.4f} {:.4f} m/s^2\n", g.x(), g.y(),
-                      g.z());
-  text += fmt::format("{:<36}{:>14}{:>12}\n", "parameter", "value", "sigma");
+  for (const Eigen::Vector3d& g : calibration.gravity_target) {
+    text += fmt::format("gravity in the target's frame: {:.4f} {:.4f} {:.4f} m/s^2\n", g.x(), g.y(),
+                        g.z());
+  }
+  text += fmt::format("{:<36}{:>14}{:>12}{:>14}\n", "parameter", "value", "sigma",
+                      report.halves ? "halves differ" : "");
   for (Eigen::Index i = 0; i < calibration.values.size(); ++i) {
     const std::string& name = calibration.names[static_cast<std::size_t>(i)];
-    if (name.starts_with("gravity")) continue;  // its direction is above
-    text += fmt::format("{:<36}{:>14.6g}{:>12.3g} {}\n", name, calibration.values[i],
-                        std::sqrt(calibration.covariance(i, i)), unit_of_parameter(name));
+    if (name.find("gravity_") != std::string::npos) continue;  // its direction is above
+    text += fmt::format("{:<36}{:>14.6g}{:>12.3g}", name, calibration.values[i],
+                        std::sqrt(calibration.covariance(i, i)));
+    if (report.halves) {
+      text += fmt::format("{:>8.1f} sigma", report.halves->difference[i] / report.halves->sigma[i]);
+    }
+    text += fmt::format(" {}\n", unit_of_parameter(name));
   }
-  for (const auto* list : {&missing, &remarks}) {
+  for (const auto* list : {&report.suspicious, &report.missing, &report.remarks}) {
     for (const std::string& sentence : *list) text += sentence + "\n";
   }
   return text;

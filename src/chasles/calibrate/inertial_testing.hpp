@@ -5,6 +5,7 @@
 
 #include <chasles/calibrate/calibrate_testing.hpp>
 #include <chasles/calibrate/inertial_calibration.hpp>
+#include <chasles/camera/camera_testing.hpp>
 
 /// A rig with an IMU that moves before a target, with truth. Included by tests only.
 namespace chasles::test {
@@ -19,8 +20,9 @@ struct BoardRigScene {
                  .accelerometer_random_walk = 3e-4,
                  .gyroscope_noise_density = 1.7e-4,
                  .gyroscope_random_walk = 2e-5};
-  ImuCorrection imu = {};  ///< true corrections of the measured samples
-  double turning = 1;      ///< factor on the turns
+  ImuCorrection imu = {};     ///< true corrections of the measured samples
+  double turning = 1;         ///< factor on the turns
+  std::size_t recording = 0;  ///< whose gravity it has
 };
 
 /// Mounted as on EuRoC's rig: turned by a quarter, some centimetres away.
@@ -63,9 +65,10 @@ class BoardMotion {
   double turning_;
 };
 
-/// Gravity in the target's frame: the board leans.
-inline Eigen::Vector3d true_gravity() {
-  return so3::exp(Eigen::Vector3d(0.1, 0.05, 0)) * Eigen::Vector3d(0, -kStandardGravity, 0);
+/// Gravity in the target's frame: the board leans, and lies on the ground in another recording.
+inline Eigen::Vector3d true_gravity(std::size_t recording = 0) {
+  return so3::exp(Eigen::Vector3d(0.1 + static_cast<double>(recording), 0.05, 0)) *
+         Eigen::Vector3d(0, -kStandardGravity, 0);
 }
 
 inline InertialCalibrationInput inertial_views(const BoardRigScene& scene, std::uint64_t seed) {
@@ -94,7 +97,8 @@ inline InertialCalibrationInput inertial_views(const BoardRigScene& scene, std::
         scene.noise.accelerometer_random_walk * root * normal(Stream::kAccelerometerWalk);
     gyroscope_bias += scene.noise.gyroscope_random_walk * root * normal(Stream::kGyroscopeWalk);
     const Eigen::Vector3d f =
-        motion.target_T_imu(t).R.transpose() * (motion.acceleration(t) - true_gravity()) +
+        motion.target_T_imu(t).R.transpose() *
+            (motion.acceleration(t) - true_gravity(scene.recording)) +
         accelerometer_bias +
         scene.noise.accelerometer_noise_density / root * normal(Stream::kAccelerometerNoise);
     const Eigen::Vector3d w =
@@ -159,10 +163,13 @@ inline Eigen::VectorXd inertial_errors(const InertialCalibration& found,
     errors[layout.offset_row(c)] = scene.time_offset - found.time_offsets[c];
     if (layout.has_readout()) errors[layout.readout_row(c)] = t.shutter.readout - f.shutter.readout;
   }
-  const Eigen::Vector3d turn = so3::log(so3::between(found.gravity_target, true_gravity()));
-  const Eigen::Vector3d first = found.gravity_target.unitOrthogonal();
-  errors[layout.gravity_row()] = turn.dot(first);
-  errors[layout.gravity_row() + 1] = turn.dot(found.gravity_target.normalized().cross(first));
+  for (std::size_t r = 0; r < found.gravity_target.size(); ++r) {
+    const Eigen::Vector3d& gravity = found.gravity_target[r];
+    const Eigen::Vector3d turn = so3::log(so3::between(gravity, true_gravity(r)));
+    const Eigen::Vector3d first = gravity.unitOrthogonal();
+    errors[layout.gravity_row(r)] = turn.dot(first);
+    errors[layout.gravity_row(r) + 1] = turn.dot(gravity.normalized().cross(first));
+  }
   if (found.imu.size() > 0) {
     ImuCorrection truth = scene.imu;
     truth.has_g_sensitivity = false;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -90,6 +91,18 @@ MatrixXd lens_covariance(const CamerasCalibration& calibration, std::size_t came
   const CamerasLayout layout = calibration.layout();
   const int row = layout.lens_row(camera), n = layout.lens(camera).parameters();
   return calibration.covariance.block(row, row, n, n);
+}
+
+double rms_of(const std::vector<PixelDifference>& differences) {
+  double sum = 0;
+  for (const PixelDifference& one : differences) sum += one.difference.squaredNorm() / 2;
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, differences.size())));
+}
+
+double rms_of(const std::vector<PixelUncertainty>& grid) {
+  double sum = 0;
+  for (const PixelUncertainty& one : grid) sum += one.sigma_px * one.sigma_px;
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, grid.size())));
 }
 
 }  // namespace chasles

@@ -31,6 +31,11 @@ struct PixelDifference {
 std::vector<PixelDifference> projection_difference(const Camera& camera, const Camera& other,
                                                    int columns = 17, int rows = 11);
 
+/// Root mean square over the grid, along u and v in the mean [px]; of the uncertainty, along the
+/// worse axis. Zero without places.
+double rms_of(const std::vector<PixelDifference>& differences);
+double rms_of(const std::vector<PixelUncertainty>& grid);
+
 /// The covariance of the lens parameters of one camera.
 Eigen::MatrixXd lens_covariance(const CamerasCalibration& calibration, std::size_t camera);
 

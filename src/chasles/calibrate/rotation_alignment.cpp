@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -36,7 +37,12 @@ class RateIntegral {
     }
   }
 
-  bool covers(double t) const { return t >= times_.front() && t <= times_.back(); }
+  // Whether there are samples about a time.
+  bool covers(double t) const {
+    if (!(t >= times_.front() && t <= times_.back())) return false;
+    const auto after = std::ranges::lower_bound(times_, t);
+    return after == times_.begin() || *after - *std::prev(after) <= kLongestTurn;
+  }
   Vector3d at(double t) const {
     const auto after =
         std::clamp<std::ptrdiff_t>(std::ranges::upper_bound(times_, t) - times_.begin(), 1,

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <chasles/base/error.hpp>
 #include <chasles/check/camera_fit.hpp>
@@ -77,6 +78,23 @@ MotionCalibration calibrate_from_motion(const SessionOptions& options, Recording
     if (!found.imu_T_camera.empty()) camera.cam_T_imu = found.imu_T_camera[c].inverse();
   }
   return result;
+}
+
+nlohmann::ordered_json motion_json(const MotionCalibration& calibration) {
+  return {{"parameters", calibration.parameters}, {"remarks", calibration.remarks}};
+}
+
+std::string motion_text(const MotionCalibration& calibration) {
+  std::string text =
+      fmt::format("{:<28}{:>14}{:>14}{:>12}\n", "parameter", "stated", "estimate", "sigma");
+  for (const nlohmann::ordered_json& one : calibration.parameters) {
+    const std::string unit = one.value("unit", "");
+    text += fmt::format("{:<28}{:>14.6g}{:>14.6g}{:>12.3g} {}\n", one.at("name").get<std::string>(),
+                        one.at("stated").get<double>(), one.at("estimate").get<double>(),
+                        one.at("sigma").get<double>(), unit);
+  }
+  for (const std::string& remark : calibration.remarks) text += "- " + remark + "\n";
+  return text;
 }
 
 }  // namespace chasles

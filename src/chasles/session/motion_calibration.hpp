@@ -26,4 +26,9 @@ struct MotionCalibration {
 MotionCalibration calibrate_from_motion(const SessionOptions& options, Recording& recording,
                                         bool from_nothing, const StopRequest& stop);
 
+/// The content of imu-cameras.json without a target: parameters and remarks.
+nlohmann::ordered_json motion_json(const MotionCalibration& calibration);
+/// The table of the terminal.
+std::string motion_text(const MotionCalibration& calibration);
+
 }  // namespace chasles
