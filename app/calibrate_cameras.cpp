@@ -12,13 +12,13 @@
 #include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/target/target_file.hpp>
 
 #include "calibrate_commands.hpp"
 #include "calibrate_views.hpp"
+#include "follow_target.hpp"
 #include "options.hpp"
 #include "print.hpp"
 
@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 struct CamerasOptions {
   ViewsOptions views;
   fs::path out;
-  bool json = false;
+  bool json = false, live = false;
 };
 
 void write_result(CamerasReport& report, const fs::path& folder) {
@@ -67,16 +67,20 @@ bool gather_all(const CamerasOptions& o, CamerasReport& report) {
     }
   }
   for (const fs::path& path : o.views.recordings) {
-    const Recording recording =
-        is_target_images(path) ? read_target_images(path) : read_recording(path);
+    const Recording recording = read_target_recording(path);
     gather_views(o.views, recording, interrupt, input, report.remarks);
   }
   return interrupt.requested();
 }
 
-int calibrate_by_views(const CamerasOptions& o) {
+int calibrate_by_views(CamerasOptions o) {
   check_is_new(o.out);
   const std::vector<LensForm> candidates = candidate_lenses(o.views);
+  std::unique_ptr<LiveCapture> live;
+  if (o.live) {
+    live = follow_target(o.views);
+    o.views.known = [&](const fs::path& file) { return live->known(file); };
+  }
   CamerasReport report;
   const bool is_interrupted = gather_all(o, report);
   {
@@ -104,6 +108,10 @@ Action declare_calibrate_cameras(CLI::App& parser) {
                   "corners.csv and page.html")
       ->check(require_path)
       ->type_name("DIR");
+  parser.add_flag(
+      "--live", o->live,
+      "Follow a folder to which another program writes images, and say what is missing, "
+      "until Ctrl-C; then calibrate with all of them");
   parser.add_flag("--json", o->json, "Print the content of cameras.json");
   return [o] { return calibrate_by_views(*o); };
 }

@@ -11,11 +11,13 @@
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/cross_validation.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
+#include <chasles/calibrate/target_images.hpp>
 #include <chasles/calibration/foreign_writers.hpp>
+#include <chasles/calibration/kalibr.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
-#include <chasles/recording/readers.hpp>
+#include <chasles/recording/uncalibrated.hpp>
 #include <chasles/session/motion_calibration.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/target/target_file.hpp>
@@ -32,17 +34,24 @@ namespace fs = std::filesystem;
 
 struct ImuCamerasOptions {
   ViewsOptions views;
-  fs::path out;
+  fs::path out, imu_noise;
   std::optional<double> gravity;
   bool rolling = false, exact_imu = false, json = false;
 };
 
 InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Recording& recording) {
+  if (recording.imu.empty()) {
+    throw InputError(
+        fmt::format("{}: has no samples of an IMU, expected a table of them (imu.csv, "
+                    "imu0/data.csv) in the folder of the recording",
+                    recording.name));
+  }
   if (!recording.imu_noise) {
-    throw InputError(fmt::format(
-        "{}: states no noise of the IMU: expected it in its calibration (`chasles calibrate noise` "
-        "measures it)",
-        recording.name));
+    throw InputError(
+        fmt::format("{}: states no noise of the IMU: expected it in its calibration, in an "
+                    "imu.yaml of Kalibr's "
+                    "form, or by --imu-noise FILE (`chasles calibrate noise` measures it)",
+                    recording.name));
   }
   InertialCalibrationInput input{.cameras = input_for(read_target(o.views.target)),
                                  .imu = recording.imu,
@@ -69,13 +78,24 @@ ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& sta
           .rate_bias = rate * stated.rate_bias};
 }
 
+// Where there is no calibration, the recording states no more than its IMU.
+CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
+  const fs::path& path = o.views.recordings.front();
+  CalibrationToWrite calibration{.name = recording.name,
+                                 .has_imu = true,
+                                 .imu_convention = recording.imu_convention,
+                                 .imu_range = recording.imu_range};
+  if (!is_uncalibrated(path)) calibration = find_calibration_to_write(path).calibration;
+  if (is_uncalibrated(path) || !o.imu_noise.empty()) calibration.imu_noise = recording.imu_noise;
+  return calibration;
+}
+
 // The files of all programs, on the base of what the recording states.
 void write_files(const ImuCamerasOptions& o, const Recording& recording,
                  const std::vector<Camera>& cameras, const std::vector<double>& time_offsets,
                  const ImuCorrection& imu, const nlohmann::ordered_json& json,
                  std::vector<std::string>& remarks) {
-  CalibrationToWrite calibration =
-      find_calibration_to_write(o.views.recordings.front()).calibration;
+  CalibrationToWrite calibration = stated_calibration(o, recording);
   calibration.cameras = cameras;
   calibration.time_offsets.resize(cameras.size(), 0);
   for (std::size_t c = 0; c < cameras.size(); ++c) calibration.time_offsets[c] += time_offsets[c];
@@ -96,14 +116,15 @@ void write_files(const ImuCamerasOptions& o, const Recording& recording,
 
 int calibrate_with_target(const ImuCamerasOptions& o, const Interrupt& interrupt) {
   std::vector<std::string> remarks;
-  const Recording recording = read_recording(o.views.recordings.front());
+  Recording recording = read_target_recording(o.views.recordings.front());
+  if (!o.imu_noise.empty()) recording.imu_noise = read_kalibr_imu(o.imu_noise).imu_noise;
   InertialCalibrationInput input = inertial_input(o, recording);
   gather_views(o.views, recording, interrupt, input.cameras, remarks);
   choose_lenses(input.cameras, std::vector(input.cameras.cameras.size(), candidate_lenses(o.views)),
                 o.views.from_nothing);
   const InertialCalibration found = calibrate_inertial(input);
   std::vector<std::string> missing = missing_motion(input, found);
-  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(missing));
+  std::ranges::move(missing_views(input.cameras, found.views), std::back_inserter(missing));
   for (std::string& sentence : contradictions(found)) remarks.push_back(std::move(sentence));
   if (std::string few = few_pieces(found.pieces); !few.empty()) remarks.push_back(std::move(few));
   const nlohmann::ordered_json json = inertial_json(found, missing, remarks);
@@ -159,10 +180,11 @@ void check_options(const ImuCamerasOptions& o) {
   check_is_new(o.out);
   candidate_lenses(o.views);
   if (!o.views.target.empty()) return;
-  if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu) {
+  if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu ||
+      !o.imu_noise.empty()) {
     throw UsageError(
-        "--lens, --every, --gravity, --rolling and --exact-imu need --target: without it the "
-        "recording is estimated as `chasles run` does");
+        "--lens, --every, --gravity, --rolling, --exact-imu and --imu-noise need --target: without "
+        "it the recording is estimated as `chasles run` does");
   }
 }
 
@@ -181,6 +203,12 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
   declare_views(parser, o->views, false);
   add_number(parser, "--gravity", o->gravity, "m/s^2",
              "Magnitude of gravity where the recording was made (default 9.80665)", 9.7, 9.9);
+  parser
+      .add_option(
+          "--imu-noise", o->imu_noise,
+          "Noise of the IMU, as imu.yaml of `chasles calibrate noise` or of Kalibr (default: "
+          "what the recording states)")
+      ->type_name("FILE");
   parser.add_flag("--rolling", o->rolling,
                   "Estimate the readout times of the cameras, also where none is stated");
   parser.add_flag("--exact-imu", o->exact_imu,
