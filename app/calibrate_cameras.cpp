@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 struct CamerasOptions {
   ViewsOptions views;
   fs::path out;
-  bool json = false, live = false;
+  bool json = false;
 };
 
 void write_result(CamerasReport& report, const fs::path& folder) {
@@ -76,11 +76,7 @@ bool gather_all(const CamerasOptions& o, CamerasReport& report) {
 int calibrate_by_views(CamerasOptions o) {
   check_is_new(o.out);
   const std::vector<LensForm> candidates = candidate_lenses(o.views);
-  std::unique_ptr<LiveCapture> live;
-  if (o.live) {
-    live = follow_target(o.views);
-    o.views.known = [&](const fs::path& file) { return live->known(file); };
-  }
+  const auto live = follow_target(o.views);
   CamerasReport report;
   const bool is_interrupted = gather_all(o, report);
   {
@@ -108,10 +104,6 @@ Action declare_calibrate_cameras(CLI::App& parser) {
                   "corners.csv and page.html")
       ->check(require_path)
       ->type_name("DIR");
-  parser.add_flag(
-      "--live", o->live,
-      "Follow a folder to which another program writes images, and say what is missing, "
-      "until Ctrl-C; then calibrate with all of them");
   parser.add_flag("--json", o->json, "Print the content of cameras.json");
   return [o] { return calibrate_by_views(*o); };
 }

@@ -17,13 +17,13 @@
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
-#include <chasles/recording/uncalibrated.hpp>
 #include <chasles/session/motion_calibration.hpp>
 #include <chasles/session/recording_input.hpp>
 #include <chasles/target/target_file.hpp>
 
 #include "calibrate_commands.hpp"
 #include "calibrate_views.hpp"
+#include "follow_target.hpp"
 #include "options.hpp"
 #include "print.hpp"
 
@@ -78,24 +78,14 @@ ImuIntrinsics composed(const ImuCorrection& correction, const ImuIntrinsics& sta
           .rate_bias = rate * stated.rate_bias};
 }
 
-// Where there is no calibration, the recording states no more than its IMU.
-CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
-  const fs::path& path = o.views.recordings.front();
-  CalibrationToWrite calibration{.name = recording.name,
-                                 .has_imu = true,
-                                 .imu_convention = recording.imu_convention,
-                                 .imu_range = recording.imu_range};
-  if (!is_uncalibrated(path)) calibration = find_calibration_to_write(path).calibration;
-  if (is_uncalibrated(path) || !o.imu_noise.empty()) calibration.imu_noise = recording.imu_noise;
-  return calibration;
-}
-
 // The files of all programs, on the base of what the recording states.
 void write_files(const ImuCamerasOptions& o, const Recording& recording,
                  const std::vector<Camera>& cameras, const std::vector<double>& time_offsets,
                  const ImuCorrection& imu, const nlohmann::ordered_json& json,
                  std::vector<std::string>& remarks) {
-  CalibrationToWrite calibration = stated_calibration(o, recording);
+  CalibrationToWrite calibration =
+      find_calibration_to_replace(o.views.recordings.front()).calibration;
+  if (!o.imu_noise.empty()) calibration.imu_noise = recording.imu_noise;
   calibration.cameras = cameras;
   calibration.time_offsets.resize(cameras.size(), 0);
   for (std::size_t c = 0; c < cameras.size(); ++c) calibration.time_offsets[c] += time_offsets[c];
@@ -181,15 +171,16 @@ void check_options(const ImuCamerasOptions& o) {
   candidate_lenses(o.views);
   if (!o.views.target.empty()) return;
   if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu ||
-      !o.imu_noise.empty()) {
+      o.views.live || !o.imu_noise.empty()) {
     throw UsageError(
-        "--lens, --every, --gravity, --rolling, --exact-imu and --imu-noise need --target: without "
-        "it the recording is estimated as `chasles run` does");
+        "--lens, --every, --gravity, --rolling, --exact-imu, --imu-noise and --live need --target: "
+        "without it the recording is estimated as `chasles run` does");
   }
 }
 
-int calibrate_imu_cameras(const ImuCamerasOptions& o) {
+int calibrate_imu_cameras(ImuCamerasOptions o) {
   check_options(o);
+  const auto live = follow_target(o.views);
   const Interrupt interrupt;
   return o.views.target.empty() ? calibrate_without_target(o, interrupt)
                                 : calibrate_with_target(o, interrupt);

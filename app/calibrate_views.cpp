@@ -50,6 +50,10 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool several) {
                   several ? "Do not begin at the lens that the recording states"
                           : "Do not begin at the lens, or without a target at the mounting, that "
                             "the recording states");
+  parser.add_flag(
+      "--live", o.live,
+      "Follow a folder to which another program writes images, and say what is missing, "
+      "until Ctrl-C; then calibrate with all of them");
   parser.add_flag("--quiet", o.quiet, "Print nothing but errors");
 }
 

@@ -23,7 +23,7 @@ struct ViewsOptions {
   std::filesystem::path target;
   std::string lens = "auto";  ///< one model, several with commas, or "auto"
   int every = 1, threads = 1;
-  bool from_nothing = false, quiet = false;
+  bool from_nothing = false, quiet = false, live = false;
   bool follows_target = false;  ///< the target's pose must go on from view to view
   /// Images that were searched before (ViewOptions::known).
   std::function<const TargetDetection*(const std::filesystem::path& file)> known = {};

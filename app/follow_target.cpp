@@ -1,12 +1,16 @@
 #include "follow_target.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <optional>
 #include <thread>
 
 #include <fmt/format.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/calibrate/live_motion.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/target/target_file.hpp>
 
@@ -19,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kBetweenLooks{100};
+constexpr std::size_t kSentences = 3;  // of what is missing
+constexpr std::chrono::milliseconds kPollInterval{100};
 constexpr std::chrono::seconds kBetweenTexts{1}, kSilence{5};
 
 void check_folder(const ViewsOptions& o) {
@@ -37,13 +42,21 @@ void check_folder(const ViewsOptions& o) {
   }
 }
 
-std::vector<std::string> text_of(const LiveCapture& capture, const fs::path& folder,
-                                 Clock::duration silence) {
-  const std::vector<std::string> missing = capture.missing();
+// `motion`: null where there is no IMU.
+std::vector<std::string> lines_of(const LiveCapture& capture, const LiveMotion* motion,
+                                  const fs::path& folder, Clock::duration silence) {
+  std::vector<std::string> missing = capture.missing();
+  if (motion) {
+    const auto [first, last] = capture.span();
+    std::ranges::move(motion->missing(first, last), std::back_inserter(missing));
+  }
   std::vector<std::string> lines;
   if (!capture.seen().empty()) lines.push_back(capture.seen() + "; " + capture.found());
-  lines.push_back(missing.empty() ? "enough: press Ctrl-C" : missing.front());
-  if (missing.size() > 1) lines.back() += fmt::format(" (and {} more)", missing.size() - 1);
+  if (missing.empty()) lines.push_back("enough: press Ctrl-C");
+  for (std::size_t i = 0; i < std::min(missing.size(), kSentences); ++i)
+    lines.push_back(missing[i]);
+  if (missing.size() > kSentences)
+    lines.push_back(fmt::format("and {} more", missing.size() - kSentences));
   if (silence >= kSilence) {
     lines.push_back(
         fmt::format("no new image in {} for {} s or more: waiting; Ctrl-C ends and calibrates",
@@ -54,27 +67,35 @@ std::vector<std::string> text_of(const LiveCapture& capture, const fs::path& fol
 
 }  // namespace
 
-std::unique_ptr<LiveCapture> follow_target(const ViewsOptions& o) {
+std::unique_ptr<LiveCapture> follow_target(ViewsOptions& o) {
+  if (!o.live) return nullptr;
   check_folder(o);
   const fs::path& folder = o.recordings.front();
   const Target target = read_target(o.target);
   auto capture = std::make_unique<LiveCapture>(folder, target, candidate_lenses(o));
+  std::optional<LiveMotion> motion;
+  if (o.follows_target) motion.emplace(folder);
   const Interrupt ended;
   {
     LiveText text(o.quiet);
-    Clock::time_point next_text = Clock::now(), newest = next_text;
+    Clock::time_point next_text = Clock::now(), next_poll = next_text, newest = next_text;
     std::size_t recorded = 0;
     while (!ended.requested()) {
-      const bool has_searched = capture->step();
+      if (Clock::now() >= next_poll) {
+        capture->poll();
+        next_poll = Clock::now() + kPollInterval;
+      }
+      const bool has_searched = capture->search();
       check_symmetry(o, target, capture->cameras());
       const Clock::time_point now = Clock::now();
       if (capture->recorded() > recorded) newest = now;
       recorded = capture->recorded();
       if (now >= next_text) {
-        text.show(text_of(*capture, folder, now - newest));
+        if (motion) motion->poll();
+        text.show(lines_of(*capture, motion ? &*motion : nullptr, folder, now - newest));
         next_text = now + kBetweenTexts;
       }
-      if (!has_searched) std::this_thread::sleep_for(kBetweenLooks);
+      if (!has_searched) std::this_thread::sleep_until(next_poll);
     }
   }
   const std::size_t skipped = capture->recorded() - capture->searched();
@@ -82,6 +103,7 @@ std::unique_ptr<LiveCapture> follow_target(const ViewsOptions& o) {
     app::note("{} of {} images were skipped while they were recorded: they are searched now\n",
               skipped, capture->recorded());
   }
+  o.known = [&images = *capture](const fs::path& file) { return images.known(file); };
   return capture;
 }
 

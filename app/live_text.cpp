@@ -21,7 +21,7 @@ std::size_t terminal_width() {
   return (is_known ? size.ws_col : kUsual) - 1;
 }
 
-void write(const std::string& text) {
+void draw(const std::string& text) {
   // Not fmt::print, which throws where the terminal has gone.
   std::fputs(text.c_str(), stderr);
   std::fflush(stderr);
@@ -32,14 +32,14 @@ void write(const std::string& text) {
 LiveText::LiveText(bool quiet) : quiet_(quiet), is_terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 LiveText::~LiveText() {
-  if (shown_ > 0) write("\n");
+  if (shown_ > 0) draw("\n");
 }
 
 void LiveText::show(const std::vector<std::string>& lines) {
   if (quiet_) return;
   if (!is_terminal_) {
     const std::string text = printable(fmt::format("{}\n", fmt::join(lines, " | ")));
-    if (text != last_) write(text);
+    if (text != last_) draw(text);
     last_ = text;
     return;
   }
@@ -50,7 +50,7 @@ void LiveText::show(const std::vector<std::string>& lines) {
     text += fmt::format("\r{:.{}}\033[K{}", line, terminal_width(), i + 1 < count ? "\n" : "");
   }
   shown_ = count;
-  write(text);
+  draw(text);
 }
 
 }  // namespace chasles::app

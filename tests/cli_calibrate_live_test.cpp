@@ -37,14 +37,6 @@ std::string image_name(std::size_t i) {
   return fmt::format("frames/{}.png", 1'400'000'000'000'000'000 + 1'000'000'000 * i);
 }
 
-bool comes(const Process& process, const std::string& text) {
-  for (int tries = 0; tries < 600; ++tries) {
-    if (process.output().find(text) != std::string::npos) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return false;
-}
-
 // A recorder that writes 20 images a second, which are found, named as missing, and calibrated.
 TEST(CalibrateLive, SaysWhatIsMissingAndEndsAsAPlainRun) {
   const Scratch folder;
@@ -53,17 +45,17 @@ TEST(CalibrateLive, SaysWhatIsMissingAndEndsAsAPlainRun) {
   Process live(folder, {"calibrate", "cameras", (folder / "frames").string(), "--target",
                         (folder / "board.yaml").string(), "--live", "--lens", "radtan", "-o",
                         (folder / "out").string()});
-  ASSERT_TRUE(comes(live, "there are no images yet")) << live.output();
+  ASSERT_TRUE(live.shows("there are no images yet")) << live.output();
   fs::create_directories(folder / "frames");
   spill(folder / image_name(0), images[0]);
-  ASSERT_TRUE(comes(live, "1 independent ones")) << live.output();
+  ASSERT_TRUE(live.shows("1 independent ones")) << live.output();
   for (std::size_t i = 1; i < images.size(); ++i) {
     spill(folder / image_name(i), images[i].substr(0, images[i].size() / 2));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     spill(folder / image_name(i), images[i]);
   }
-  EXPECT_TRUE(comes(live, "enough: press Ctrl-C")) << live.output();
-  EXPECT_TRUE(comes(live, "no new image in")) << live.output();
+  EXPECT_TRUE(live.shows("enough: press Ctrl-C")) << live.output();
+  EXPECT_TRUE(live.shows("no new image in")) << live.output();
   EXPECT_EQ(live.code_after(SIGINT), 0) << live.output();
   const std::string output = live.output();
   for (const char* part : {"parts of its image: show the target there, first at the",
@@ -79,7 +71,7 @@ TEST(CalibrateLive, SaysWhatIsMissingAndEndsAsAPlainRun) {
   }
 }
 
-TEST(CalibrateLive, WhatCannotBeFollowedIsRefused) {
+TEST(CalibrateLive, WhatCannotBeFollowedIsRejected) {
   const Scratch folder;
   spill(folder / "board.yaml", kBoard);
   spill(folder / "rec.bag", "#ROSBAG V2.0\n");
@@ -99,7 +91,7 @@ TEST(CalibrateLive, AnEmptyFolderIsAnError) {
   fs::create_directories(folder / "frames");
   Process live(folder, {"calibrate", "cameras", (folder / "frames").string(), "--target",
                         (folder / "board.yaml").string(), "--live"});
-  ASSERT_TRUE(comes(live, "there are no images yet"));
+  ASSERT_TRUE(live.shows("there are no images yet"));
   EXPECT_EQ(live.code_after(SIGINT), 2);
   expect_part(live.output(), "frames: ");
 }

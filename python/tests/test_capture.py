@@ -78,14 +78,14 @@ def test_a_target_is_a_target(board):
     ((0, 0, [0], [[-40, 1]]), "expected it in the image"),
     (("now", 0, [0], [[1, 1]]), "time"),
 ])
-def test_what_is_no_view_is_refused(view, message):
+def test_what_is_no_view_is_rejected(view, message):
     guide = chasles.CaptureGuide(CORNERS, [SIZE, SIZE])
     with pytest.raises((ValueError, TypeError), match=message):
         guide.add(*view)
     assert guide.missing[0].startswith("cam0: it has not seen")
 
 
-def test_what_is_no_target_is_refused():
+def test_what_is_no_target_is_rejected():
     for corners, sizes, lenses in [(CORNERS[:, :2], [SIZE], "auto"), (CORNERS, [], "auto"), (CORNERS, [(0, 5)], "auto"),
                                    (CORNERS, [SIZE], "bad")]:
         with pytest.raises((ValueError, TypeError), match="CaptureGuide"):

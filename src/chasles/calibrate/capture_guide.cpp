@@ -16,6 +16,7 @@ namespace {
 constexpr double kBlurred = 2;             // [px]
 constexpr std::size_t kCornersOfView = 4;  // fewer show no pose
 constexpr std::size_t kMostViews = 60;     // of an estimate
+constexpr double kMostSigma = 0.1;         // of fx, of a lens that is worth something
 constexpr std::size_t kEnoughViews = 20;   // that differ, for a lens that can be estimated at all
 
 std::vector<TargetView> spread(const std::vector<TargetView>& views) {
@@ -92,10 +93,6 @@ void CaptureGuide::add(const TargetView& view, double blur) {
 std::vector<std::string> CaptureGuide::missing() const {
   std::vector<std::string> missing;
   for (std::size_t c = 0; c < cameras_.size(); ++c) {
-    if (!cameras_[c].fault.empty()) {
-      missing.push_back(
-          fmt::format("cam{} has no calibration by these views yet: {}", c, cameras_[c].fault));
-    }
     if (std::string blur = cameras_[c].blur.sentence(c); !blur.empty()) {
       missing.push_back(std::move(blur));
     }
@@ -103,6 +100,11 @@ std::vector<std::string> CaptureGuide::missing() const {
   std::ranges::move(coverage_.missing(), std::back_inserter(missing));
   if (std::string few = few_pieces(pieces()); !few.empty() && !input_.views.empty()) {
     missing.push_back(std::move(few));
+  }
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    if (cameras_[c].fault.empty()) continue;
+    missing.push_back(
+        fmt::format("cam{} has no calibration by these views yet: {}", c, cameras_[c].fault));
   }
   return missing;
 }
@@ -143,16 +145,18 @@ void CaptureGuide::improve(std::size_t camera) {
                                                         .cameras = {start},
                                                         .lenses = {input_.lenses[camera]},
                                                         .shape = input_.shape});
+    const double sigma = std::sqrt(found.covariance(0, 0));
+    own.fault.clear();
+    if (sigma > kMostSigma * found.cameras[0].fx) return;
     own.estimate = {.camera = found.cameras[0],
                     .focal_length = found.cameras[0].fx,
-                    .sigma = std::sqrt(found.covariance(0, 0)),
+                    .sigma = sigma,
                     .rms = rms_over(found.views)};
-    own.fault.clear();
   } catch (const InputError& error) {
     if (own.different.size() >= kEnoughViews) own.fault = error.what();
     return;
   }
-  coverage_.forget_poses(static_cast<int>(camera));
+  coverage_.clear_poses(static_cast<int>(camera));
   for (const TargetView& view : own.different) add_pose(view);
 }
 

@@ -17,12 +17,12 @@ std::optional<FileState> FileState::of(const fs::path& file) {
   return error ? std::nullopt : std::optional(state);
 }
 
-void GrowingImages::look() {
+void GrowingImages::poll() {
   const std::vector<fs::path> folders = target_image_folders(folder_);
   for (std::size_t c = 0; c < folders.size(); ++c) find_new(c, folders[c]);
   for (auto& [name, entry] : waiting_) check(entry);
   for (const auto& [name, entry] : waiting_) {
-    if (is_settled(entry) && entry.files.size() == cameras_) {
+    if (are_whole(entry) && entry.files.size() == cameras_) {
       newest_whole_ = std::max(newest_whole_, entry.place);
     }
   }
@@ -33,7 +33,7 @@ std::optional<GrowingImages::Shot> GrowingImages::take() {
     const auto found = waiting_.find(place->second);
     const Entry& entry = found->second;
     const bool is_last = entry.files.size() < cameras_ && entry.place >= newest_whole_;
-    if (entry.damaged || is_last || !is_settled(entry)) continue;
+    if (entry.damaged || is_last || !are_whole(entry)) continue;
     Shot shot{.name = found->first,
               .files = std::vector<fs::path>(cameras_),
               .states = std::vector<FileState>(cameras_)};
@@ -58,20 +58,20 @@ void GrowingImages::put_back(const Shot& shot) {
   waiting_[shot.name] = std::move(entry);
 }
 
-// Names of one look have no order of arrival: shorter numbers are smaller ones.
+// Names of one poll have no order of arrival: shorter numbers are smaller ones.
 void GrowingImages::find_new(std::size_t camera, const fs::path& images) {
+  if (known_.size() <= camera) known_.resize(camera + 1);
   std::vector<fs::path> files;
   std::error_code error;
   for (fs::directory_iterator at(images, error), end; !error && at != end; at.increment(error)) {
-    if (!is_image_name(at->path().filename().string()) || known_.contains(at->path())) continue;
-    files.push_back(at->path());
+    const std::string name = at->path().filename().string();
+    if (is_image_name(name) && known_[camera].insert(name).second) files.push_back(at->path());
   }
   std::ranges::sort(files, {}, [](const fs::path& file) {
     return std::pair(file.native().size(), file.native());
   });
   for (const fs::path& file : files) {
     cameras_ = std::max(cameras_, camera + 1);
-    known_.insert(file);
     names_.insert(file.stem().string());
     const auto [entry, is_new] = waiting_.try_emplace(file.stem().string());
     if (is_new) {
@@ -84,16 +84,16 @@ void GrowingImages::find_new(std::size_t camera, const fs::path& images) {
 
 void GrowingImages::check(Entry& entry) {
   for (auto& [camera, file] : entry.files) {
-    if (file.settled) continue;
+    if (file.whole) continue;
     const std::optional<FileState> now = FileState::of(file.path);
-    file.settled = now && now->size > 0 && *now == file.state && !entry.damaged;
+    file.whole = now && now->size > 0 && *now == file.state && !entry.damaged;
     if (now && *now != file.state) entry.damaged = false;
     file.state = now.value_or(FileState{});
   }
 }
 
-bool GrowingImages::is_settled(const Entry& entry) const {
-  return std::ranges::all_of(entry.files, [](const auto& one) { return one.second.settled; });
+bool GrowingImages::are_whole(const Entry& entry) const {
+  return std::ranges::all_of(entry.files, [](const auto& one) { return one.second.whole; });
 }
 
 }  // namespace chasles

@@ -6,11 +6,12 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 namespace chasles {
 
-/// What tells a file from the same file after it was written on.
+/// What distinguishes a file from the same file after it was written on.
 struct FileState {
   std::uintmax_t size = 0;
   std::filesystem::file_time_type written = {};
@@ -32,17 +33,17 @@ class GrowingImages {
     std::vector<FileState> states;             ///< of the files, when they were whole
   };
 
-  /// Looks for new files. The folder need not be there yet.
-  void look();
+  /// Finds new files. The folder need not be there yet.
+  void poll();
   /// The newest shot that was not taken, so that whoever is slow sees what is recorded now: all its
-  /// files are there and did not grow between the last two looks. Where a newer shot is whole, one
+  /// files are there and did not grow between the last two polls. Where a newer shot is whole, one
   /// may lack the images of some cameras. None: there is none.
   std::optional<Shot> take();
   /// For a shot that was taken and has a file that is not whole: it comes again when one of its
   /// files has changed.
   void put_back(const Shot& shot);
 
-  std::size_t cameras() const { return cameras_; }  ///< with images until the last look
+  std::size_t cameras() const { return cameras_; }  ///< with images until the last poll
   const std::set<std::string>& names() const { return names_; }  ///< of all shots
   std::size_t waiting() const { return waiting_.size(); }        ///< shots that were not taken
 
@@ -50,7 +51,7 @@ class GrowingImages {
   struct File {
     std::filesystem::path path;
     FileState state = {};
-    bool settled = false;  ///< it did not grow between two looks
+    bool whole = false;  ///< it did not grow between two polls
   };
   struct Entry {
     std::map<std::size_t, File> files = {};  ///< by camera
@@ -60,11 +61,11 @@ class GrowingImages {
 
   void find_new(std::size_t camera, const std::filesystem::path& images);
   void check(Entry& entry);
-  bool is_settled(const Entry& entry) const;
+  bool are_whole(const Entry& entry) const;
 
   std::filesystem::path folder_;
   std::size_t cameras_ = 0, arrived_ = 0, newest_whole_ = 0;
-  std::set<std::filesystem::path> known_;
+  std::vector<std::unordered_set<std::string>> known_;  ///< of each camera: names of files
   std::set<std::string> names_;
   std::map<std::string, Entry> waiting_;      ///< by name
   std::map<std::size_t, std::string> order_;  ///< their names, by their places

@@ -15,8 +15,7 @@ namespace fs = std::filesystem;
 LiveCapture::LiveCapture(fs::path folder, const Target& target, std::vector<LensForm> candidates)
     : images_(std::move(folder)), detector_(target), candidates_(std::move(candidates)) {}
 
-bool LiveCapture::step() {
-  images_.look();
+bool LiveCapture::search() {
   const std::optional<GrowingImages::Shot> taken = images_.take();
   if (!taken) return false;
   std::optional<Shot> shot = searched(*taken);
@@ -39,6 +38,13 @@ bool LiveCapture::step() {
   return true;
 }
 
+std::pair<Time, Time> LiveCapture::span() const {
+  if (!guide_ || guide_->input().views.empty()) return {};
+  const auto [first, last] =
+      std::ranges::minmax_element(guide_->input().views, {}, &TargetView::time);
+  return {first->time, last->time};
+}
+
 std::string LiveCapture::seen() const {
   if (shots_.empty()) return "";
   const std::size_t all = guide_->input().corners.size();
@@ -51,7 +57,7 @@ std::string LiveCapture::seen() const {
     text += found.view.ids.empty() ? std::string("no target")
                                    : fmt::format("{} of {} corners", found.view.ids.size(), all);
     if (!found.view.ids.empty() && BlurCount::is_blurred(found.blur)) {
-      text += fmt::format(", blurred over {:.1f} px: hold still", found.blur);
+      text += fmt::format(", blurred over {:.1f} px: move more slowly", found.blur);
     }
   }
   return text;

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <chasles/calibrate/capture_guide.hpp>
@@ -20,12 +21,15 @@ class LiveCapture {
   /// TargetDetector.
   LiveCapture(std::filesystem::path folder, const Target& target, std::vector<LensForm> candidates);
 
-  /// Looks for new images, and searches those of one instant. False: none is waiting.
-  bool step();
+  /// Finds new images. A file must be the same in two polls.
+  void poll() { images_.poll(); }
+  /// Searches the images of one instant. False: none is waiting.
+  bool search();
 
   std::size_t cameras() const { return images_.cameras(); }
   std::size_t searched() const { return shots_.size(); }  ///< instants
   std::size_t recorded() const { return images_.names().size(); }
+  std::pair<Time, Time> span() const;  ///< from the first to the last view; equal without one
   /// What the images that were searched last show, e.g. "cam0 120 of 144 corners, cam1 no target".
   std::string seen() const;
   /// How many views there are, and the focal lengths that they show.

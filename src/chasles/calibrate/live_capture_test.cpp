@@ -30,10 +30,10 @@ class Growing : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
   }
 
-  // The name of the shot that is taken after two looks.
+  // The name of the shot that is taken after two polls.
   std::string taken(GrowingImages& images) const {
-    images.look();
-    images.look();
+    images.poll();
+    images.poll();
     const auto shot = images.take();
     return shot ? shot->name : "";
   }
@@ -60,13 +60,13 @@ TEST_F(Growing, TheNewestImageComesFirst) {
 TEST_F(Growing, AFileThatGrowsIsNotTaken) {
   GrowingImages images(folder_);
   write("cam0/1.png", "");
-  images.look();
-  images.look();
+  images.poll();
+  images.poll();
   EXPECT_FALSE(images.take()) << "empty";
   write("cam0/1.png", "half");
-  images.look();
+  images.poll();
   EXPECT_FALSE(images.take()) << "it has grown";
-  images.look();
+  images.poll();
   const auto shot = images.take();
   ASSERT_TRUE(shot);
   images.put_back(*shot);
@@ -86,7 +86,7 @@ TEST_F(Growing, AShotHasTheImagesOfAllCameras) {
   EXPECT_EQ(taken(images), "") << "cam1 may write its image yet";
   for (const char* name : {"mav0/cam0/data/3.png", "mav0/cam1/data/3.png"}) write(name, "whole");
   EXPECT_EQ(taken(images), "3");
-  images.look();
+  images.poll();
   const auto alone = images.take();
   ASSERT_TRUE(alone) << "cam1 has lost it";
   EXPECT_EQ(alone->name, "2");
@@ -100,7 +100,8 @@ TEST_F(Growing, WhatWasSearchedIsWhatIsFoundAtTheEnd) {
   const TargetRenderer renderer(target, camera);
   const std::vector<SE3> poses = board_poses({.cameras = {camera}, .instants = 10}, 3);
   LiveCapture capture(folder_, target, {});
-  EXPECT_FALSE(capture.step());
+  capture.poll();
+  EXPECT_FALSE(capture.search());
   EXPECT_EQ(capture.missing(), std::vector<std::string>{"there are no images yet"});
   std::string half;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -108,10 +109,12 @@ TEST_F(Growing, WhatWasSearchedIsWhatIsFoundAtTheEnd) {
     const std::string name = fmt::format("{}.png", 1403636584763556000 + 50'000'000 * i);
     half = bytes.substr(0, bytes.size() / 2);
     write(name, i == 4 ? half : bytes);
-    for (int tries = 0; tries < 2; ++tries) capture.step();
+    for (int tries = 0; tries < 2; ++tries) capture.poll();
+    capture.search();
     if (i == 4) write(name, bytes);
   }
-  while (capture.step()) continue;
+  for (int tries = 0; tries < 2; ++tries) capture.poll();
+  while (capture.search()) continue;
   EXPECT_EQ(capture.searched(), poses.size());
   EXPECT_NE(capture.seen().find("of 144 corners"), std::string::npos) << capture.seen();
   EXPECT_NE(capture.found().find("10 views"), std::string::npos) << capture.found();

@@ -64,7 +64,7 @@ void ViewCoverage::add_pose(int camera, const SE3& cam_T_target) {
   }
 }
 
-void ViewCoverage::forget_poses(int camera) {
+void ViewCoverage::clear_poses(int camera) {
   OfCamera& seen = cameras_[static_cast<std::size_t>(camera)];
   seen.tilts = {};
   seen.nearest = seen.farthest = 0;

@@ -22,7 +22,7 @@ class ViewCoverage {
   /// How the target leans in a view of a camera, and how far away it is.
   void add_pose(int camera, const SE3& cam_T_target);
   /// As if no pose of this camera had been added: for a lens that is known better.
-  void forget_poses(int camera);
+  void clear_poses(int camera);
 
   /// Which views would make a calibration better, one sentence each, the most important first:
   /// cameras without views, cameras that no others share instants with, parts of images without

@@ -148,4 +148,6 @@ Recording read_uncalibrated(const fs::path& folder) {
   return recording;
 }
 
+std::optional<fs::path> imu_table_of(const fs::path& folder) { return table_of(parts_of(folder)); }
+
 }  // namespace chasles

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include <chasles/recording/recording.hpp>
 
@@ -15,5 +16,8 @@ bool is_uncalibrated(const std::filesystem::path& folder);
 /// Kalibr's imu.yaml; none without them, and no
 /// samples without a table. Throws InputError as the readers of images and tables.
 Recording read_uncalibrated(const std::filesystem::path& folder);
+
+/// The table of the IMU of such a folder; none without one. Throws InputError for several.
+std::optional<std::filesystem::path> imu_table_of(const std::filesystem::path& folder);
 
 }  // namespace chasles

@@ -7,7 +7,7 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/codec/image_encode.hpp>
-#include <chasles/recording/readers.hpp>
+#include <chasles/recording/calibration_to_write.hpp>
 #include <chasles/recording/uncalibrated.hpp>
 
 namespace chasles::test {
@@ -74,6 +74,11 @@ TEST_F(Uncalibrated, AFolderOfImagesNeedsNoCalibration) {
   const Recording with_noise = read_uncalibrated(folder_);
   ASSERT_TRUE(with_noise.imu_noise);
   EXPECT_EQ(with_noise.imu_noise->gyroscope_noise_density, 0.0002);
+  const CalibrationToWrite stated = find_calibration_to_replace(folder_).calibration;
+  EXPECT_TRUE(stated.cameras.empty());
+  EXPECT_EQ(stated.imu_noise->gyroscope_noise_density, 0.0002);
+  EXPECT_NEAR(stated.imu_rate, 200, 1);
+  EXPECT_THROW(find_calibration_to_write(folder_), InputError) << "it states no cameras";
   write("calibration.yaml", "format: chasles\n");
   EXPECT_FALSE(is_uncalibrated(folder_)) << "its reader says what is wrong";
 }
