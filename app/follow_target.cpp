@@ -98,10 +98,9 @@ std::unique_ptr<LiveCapture> follow_target(ViewsOptions& o) {
       if (!has_searched) std::this_thread::sleep_until(next_poll);
     }
   }
-  const std::size_t skipped = capture->recorded() - capture->searched();
-  if (!o.quiet && skipped > 0) {
+  if (!o.quiet && capture->skipped() > 0) {
     app::note("{} of {} images were skipped while they were recorded: they are searched now\n",
-              skipped, capture->recorded());
+              capture->skipped(), capture->recorded());
   }
   o.known = [&images = *capture](const fs::path& file) { return images.known(file); };
   return capture;

@@ -27,7 +27,7 @@ class LiveCapture {
   bool search();
 
   std::size_t cameras() const { return images_.cameras(); }
-  std::size_t searched() const { return shots_.size(); }  ///< instants
+  std::size_t skipped() const { return images_.waiting(); }  ///< instants, until now
   std::size_t recorded() const { return images_.names().size(); }
   std::pair<Time, Time> span() const;  ///< from the first to the last view; equal without one
   /// What the images that were searched last show, e.g. "cam0 120 of 144 corners, cam1 no target".
