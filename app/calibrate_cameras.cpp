@@ -12,13 +12,13 @@
 #include <chasles/calibration/foreign_writers.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/target/target_file.hpp>
 
 #include "calibrate_commands.hpp"
 #include "calibrate_views.hpp"
+#include "follow_target.hpp"
 #include "options.hpp"
 #include "print.hpp"
 
@@ -60,16 +60,16 @@ bool gather_all(const CamerasOptions& o, CamerasReport& report) {
   input = input_for(read_target(o.views.target));
   check_different(o.views.recordings);
   for (const fs::path& path : o.views.recordings) {
-    const Recording recording =
-        is_target_images(path) ? read_target_images(path) : read_recording(path);
+    const Recording recording = read_target_recording(path);
     gather_views(o.views, recording, interrupt, input, report.remarks);
   }
   return interrupt.requested();
 }
 
-int calibrate_by_views(const CamerasOptions& o) {
+int calibrate_by_views(CamerasOptions o) {
   check_is_new(o.out);
   const std::vector<LensForm> candidates = candidate_lenses(o.views);
+  const auto live = follow_target(o.views);
   CamerasReport report;
   const bool is_interrupted = gather_all(o, report);
   {

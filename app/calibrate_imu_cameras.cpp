@@ -6,10 +6,11 @@
 
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/inertial_files.hpp>
+#include <chasles/calibrate/target_images.hpp>
+#include <chasles/calibration/kalibr.hpp>
 #include <chasles/codec/durable_file.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/recording/calibration_to_write.hpp>
-#include <chasles/recording/readers.hpp>
 #include <chasles/session/interrupt.hpp>
 #include <chasles/session/motion_calibration.hpp>
 #include <chasles/session/recording_input.hpp>
@@ -17,6 +18,7 @@
 
 #include "calibrate_commands.hpp"
 #include "calibrate_views.hpp"
+#include "follow_target.hpp"
 #include "options.hpp"
 #include "print.hpp"
 
@@ -27,17 +29,24 @@ namespace fs = std::filesystem;
 
 struct ImuCamerasOptions {
   ViewsOptions views;
-  fs::path out;
+  fs::path out, imu_noise;
   std::optional<double> gravity;
   bool rolling = false, exact_imu = false, json = false;
 };
 
 InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Recording& recording) {
+  if (recording.imu.empty()) {
+    throw InputError(
+        fmt::format("{}: has no samples of an IMU, expected a table of them (imu.csv, "
+                    "imu0/data.csv) in the folder of the recording",
+                    recording.name));
+  }
   if (!recording.imu_noise) {
-    throw InputError(fmt::format(
-        "{}: states no noise of the IMU: expected it in its calibration (`chasles calibrate noise` "
-        "measures it)",
-        recording.name));
+    throw InputError(
+        fmt::format("{}: states no noise of the IMU: expected it in its calibration, in an "
+                    "imu.yaml of Kalibr's "
+                    "form, or by --imu-noise FILE (`chasles calibrate noise` measures it)",
+                    recording.name));
   }
   InertialCalibrationInput input{.cameras = input_for(read_target(o.views.target)),
                                  .imu = {},
@@ -55,7 +64,8 @@ InertialCalibrationInput inertial_input(const ImuCamerasOptions& o, const Record
 // What the recording states, for the files of all programs.
 CalibrationToWrite stated_calibration(const ImuCamerasOptions& o, const Recording& recording) {
   CalibrationToWrite calibration =
-      find_calibration_to_write(o.views.recordings.front()).calibration;
+      find_calibration_to_replace(o.views.recordings.front()).calibration;
+  if (!o.imu_noise.empty()) calibration.imu_noise = recording.imu_noise;
   if (calibration.imu_rate == 0 && recording.imu.size() > 1) {  // as the samples have it
     calibration.imu_rate = static_cast<double>(recording.imu.size() - 1) /
                            to_seconds(recording.imu.back().time - recording.imu.front().time);
@@ -73,7 +83,8 @@ Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interru
                             InertialReport& report) {
   std::optional<Recording> first;
   for (const fs::path& path : o.views.recordings) {
-    Recording recording = read_recording(path);
+    Recording recording = read_target_recording(path);
+    if (!o.imu_noise.empty()) recording.imu_noise = read_kalibr_imu(o.imu_noise).imu_noise;
     if (!first) report.input = inertial_input(o, recording);
     CamerasInput of_this = input_for(read_target(o.views.target));
     of_this.cameras = report.input.cameras.cameras;
@@ -84,8 +95,8 @@ Recording gather_recordings(const ImuCamerasOptions& o, const Interrupt& interru
       first = std::move(recording);
     } else {
       const fs::path& of_first = o.views.recordings.front();
-      check_same_rig(of_first.string(), find_calibration_to_write(of_first).calibration,
-                     path.string(), find_calibration_to_write(path).calibration);
+      check_same_rig(of_first.string(), find_calibration_to_replace(of_first).calibration,
+                     path.string(), find_calibration_to_replace(path).calibration);
     }
     if (interrupt.requested()) break;
   }
@@ -152,15 +163,17 @@ void check_options(const ImuCamerasOptions& o) {
     throw UsageError(fmt::format("found {} recordings without --target, expected one",
                                  o.views.recordings.size()));
   }
-  if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu) {
+  if (o.views.lens != "auto" || o.views.every != 1 || o.gravity || o.rolling || o.exact_imu ||
+      o.views.live || !o.imu_noise.empty()) {
     throw UsageError(
-        "--lens, --every, --gravity, --rolling and --exact-imu need --target: without it the "
-        "recording is estimated as `chasles run` does");
+        "--lens, --every, --gravity, --rolling, --exact-imu, --imu-noise and --live need --target: "
+        "without it the recording is estimated as `chasles run` does");
   }
 }
 
-int calibrate_imu_cameras(const ImuCamerasOptions& o) {
+int calibrate_imu_cameras(ImuCamerasOptions o) {
   check_options(o);
+  const auto live = follow_target(o.views);
   return o.views.target.empty() ? calibrate_without_target(o) : calibrate_with_target(o);
 }
 
@@ -172,6 +185,12 @@ Action declare_calibrate_imu_cameras(CLI::App& parser) {
   declare_views(parser, o->views, true);
   add_number(parser, "--gravity", o->gravity, "m/s^2",
              "Magnitude of gravity where the recording was made (default 9.80665)", 9.7, 9.9);
+  parser
+      .add_option(
+          "--imu-noise", o->imu_noise,
+          "Noise of the IMU, as imu.yaml of `chasles calibrate noise` or of Kalibr (default: "
+          "what the recording states)")
+      ->type_name("FILE");
   parser.add_flag("--rolling", o->rolling,
                   "Estimate the readout times of the cameras, also where none is stated");
   parser.add_flag("--exact-imu", o->exact_imu,

@@ -48,18 +48,25 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool has_imu) {
                   has_imu ? "Do not begin at the lens, or without a target at the mounting, that "
                             "the recording states"
                           : "Do not begin at the lens that the recording states");
+  parser.add_flag(
+      "--live", o.live,
+      "Follow a folder to which another program writes images, and say what is missing, "
+      "until Ctrl-C; then calibrate with all of them");
   parser.add_flag("--quiet", o.quiet, "Print nothing but errors");
+}
+
+void check_symmetry(const ViewsOptions& o, const Target& target, std::size_t cameras) {
+  if (!target.is_symmetric() || (cameras < 2 && !o.follows_target)) return;
+  throw InputError(fmt::format(
+      "--target {}: the board looks the same after half a turn, so its views may be mixed up: "
+      "expected columns + rows to be odd, or a board with tags",
+      o.target.string()));
 }
 
 void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
                   CamerasInput& input, std::vector<std::string>& remarks) {
   const Target target = read_target(o.target);
-  if (target.is_symmetric() && (recording.cameras.size() > 1 || o.follows_target)) {
-    throw InputError(fmt::format(
-        "--target {}: the board looks the same after half a turn, so its views may be mixed up: "
-        "expected columns + rows to be odd, or a board with tags",
-        o.target.string()));
-  }
+  check_symmetry(o, target, recording.cameras.size());
   if (!input.cameras.empty() && recording.cameras.size() != input.cameras.size()) {
     throw InputError(fmt::format("{}: found {} cameras, expected {} as in {}", recording.name,
                                  recording.cameras.size(), input.cameras.size(),
@@ -73,7 +80,7 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
                                  first.height, o.recordings.front().string()));
   }
   if (input.cameras.empty()) input.cameras = recording.cameras;
-  ViewOptions options{.every = o.every, .threads = o.threads, .progress = {}};
+  ViewOptions options{.every = o.every, .threads = o.threads, .progress = {}, .known = o.known};
   Progress bar(searched_frames(recording, options), o.quiet);
   std::mutex drawing;
   options.progress = [&](std::size_t done) {
@@ -87,6 +94,7 @@ void gather_views(const ViewsOptions& o, const Recording& recording, const Inter
                                   views.views.size(), recording.name));
   }
   for (const std::string& sentence : views.damaged) remarks.push_back(sentence);
+  for (std::string& sentence : blurred_views(views)) remarks.push_back(std::move(sentence));
   for (std::size_t c = 0; c < views.seen.size(); ++c) {
     remarks.push_back(fmt::format("{}, cam{}: the target is in {} of {} images", recording.name, c,
                                   views.seen[c], views.frames));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <chasles/recording/recording.hpp>
 #include <chasles/report/calibration_page.hpp>
 #include <chasles/session/interrupt.hpp>
+#include <chasles/target/target_detector.hpp>
 
 namespace CLI {
 class App;
@@ -21,8 +23,10 @@ struct ViewsOptions {
   std::filesystem::path target;
   std::string lens = "auto";  ///< one model, several with commas, or "auto"
   int every = 1, threads = 1;
-  bool from_nothing = false, quiet = false;
+  bool from_nothing = false, quiet = false, live = false;
   bool follows_target = false;  ///< the target's pose must go on from view to view
+  /// Images that were searched before (ViewOptions::known).
+  std::function<const TargetDetection*(const std::filesystem::path& file)> known = {};
 };
 
 /// Adds the arguments and options. `has_imu`: of recordings with an IMU, with a target or without.
@@ -31,6 +35,9 @@ void declare_views(CLI::App& parser, ViewsOptions& o, bool has_imu);
 /// The views of a recording, with its cameras; those of a further recording come later in time.
 void gather_views(const ViewsOptions& o, const Recording& recording, const Interrupt& interrupt,
                   CamerasInput& input, std::vector<std::string>& remarks);
+
+/// Throws InputError for a board that looks the same after half a turn, where that matters.
+void check_symmetry(const ViewsOptions& o, const Target& target, std::size_t cameras);
 
 /// The lenses of the option. Throws UsageError.
 std::vector<LensForm> candidate_lenses(const ViewsOptions& o);

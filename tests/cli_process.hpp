@@ -58,6 +58,13 @@ class Process {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   std::string output() const { return slurp(log_); }
+  /// Whether its output has this text within half a minute.
+  bool shows(const std::string& text) const {
+    for (int tries = 0; tries < 600; ++tries, ::usleep(50000)) {
+      if (output().find(text) != std::string::npos) return true;
+    }
+    return false;
+  }
 
  private:
   std::string log_;

@@ -16,6 +16,7 @@ p = p_hat + dp. All arrays are numpy's, and copies; those of a Run are read-only
 from . import _one_line  # first: it wraps what the others import
 from ._core import (
     Camera,
+    CaptureGuide,
     DivergedError,
     Error,
     Estimate,
@@ -26,6 +27,7 @@ from ._core import (
     RealtimeSlam,
     Recording,
     Slam,
+    Target,
     UsageError,
     __version__,
 )
@@ -51,14 +53,14 @@ from ._settings import FilterArguments, RunArguments, RunSettings, SceneSettings
 from .lab import ChartState, Comparison, FirstSight, Study, register_chart, register_depth_rule
 
 __all__ = [
-    "Batch", "Camera", "CamerasCalibration", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate",
-    "FilterArguments", "Finding", "FirstSight", "Halves", "ImuCamerasCalibration", "ImuCorrection", "ImuNoise",
-    "InputError", "MotionCalibration", "NoiseCalibration", "NotInitialisedError", "Parameters", "PredictedState",
-    "RayExecutor", "RealtimeSlam", "Recording", "Run", "RunArguments", "RunSettings", "SceneSettings", "Slam",
-    "StatedParameters", "StreetSettings", "Study", "UsageError", "__version__", "batch", "calibrate_cameras",
-    "calibrate_from_motion", "calibrate_imu_cameras", "calibrate_noise", "check", "command", "compare", "evaluate",
-    "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings",
-    "simulate",
+    "Batch", "Camera", "CamerasCalibration", "CaptureGuide", "ChartState", "Check", "Comparison", "DivergedError", "Error",
+    "Estimate", "FilterArguments", "Finding", "FirstSight", "Halves", "ImuCamerasCalibration", "ImuCorrection",
+    "ImuNoise", "InputError", "MotionCalibration", "NoiseCalibration", "NotInitialisedError", "Parameters",
+    "PredictedState", "RayExecutor", "RealtimeSlam", "Recording", "Run", "RunArguments", "RunSettings", "SceneSettings",
+    "Slam", "StatedParameters", "StreetSettings", "Study", "Target", "UsageError", "__version__", "batch",
+    "calibrate_cameras", "calibrate_from_motion", "calibrate_imu_cameras", "calibrate_noise", "check", "command",
+    "compare", "evaluate", "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart",
+    "register_depth_rule", "run", "settings", "simulate",
 ]
 
 setattr(Recording, "from_arrays", staticmethod(_from_arrays))

@@ -12,6 +12,7 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
+#include <chasles/calibrate/target_pose.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/session/motion_calibration.hpp>
 
@@ -45,21 +46,11 @@ std::vector<TargetView> views_of(const GivenViews& given) {
   return views;
 }
 
-// Whether most views show the side that the z axis of the corners points away from, as of boards
-// whose y axis points down.
+// Whether most views show that side.
 bool is_seen_from_behind(const CamerasInput& input) {
   int behind = 0;
   for (const TargetView& view : input.views) {
-    Eigen::Matrix2d products = Eigen::Matrix2d::Zero();  // of places on the board and in the image
-    Eigen::Vector2d corners = Eigen::Vector2d::Zero(), pixels = Eigen::Vector2d::Zero();
-    for (std::size_t i = 0; i < view.ids.size(); ++i) {
-      const Eigen::Vector2d corner = input.corners[static_cast<std::size_t>(view.ids[i])].head<2>();
-      products += corner * view.pixels[i].transpose();
-      corners += corner;
-      pixels += view.pixels[i];
-    }
-    const double n = std::max(1.0, static_cast<double>(view.ids.size()));
-    behind += (products - corners * pixels.transpose() / n).determinant() > 0 ? 1 : -1;
+    behind += chasles::is_seen_from_behind(input.corners, view) ? 1 : -1;
   }
   return behind > 0;
 }

@@ -93,6 +93,7 @@ PYBIND11_MODULE(_core, m) {
   bind_checks(m);
   bind_noise(m);
   bind_calibrations(m);
+  bind_capture(m);
   bind_errors_of_runs(m);
   bind_arrays(m);
   reject_bare_objects(m);

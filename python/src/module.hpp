@@ -25,6 +25,7 @@ void bind_alignment(pybind11::module_& m);
 void bind_checks(pybind11::module_& m);
 void bind_noise(pybind11::module_& m);
 void bind_calibrations(pybind11::module_& m);
+void bind_capture(pybind11::module_& m);
 void bind_errors_of_runs(pybind11::module_& m);
 void bind_arrays(pybind11::module_& m);
 

@@ -59,6 +59,11 @@ Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vec
                       const std::vector<const TargetView*>& views, const std::string& of) {
   camera.cam_T_imu = {};
   const std::vector<PosedView> inside = posed(camera, corners, views);
+  if (inside.size() < kLeastViews) {
+    throw InputError(fmt::format(
+        "{}: found {} views that have a pose with a lens {}, expected {}: is it this target?", of,
+        inside.size(), name_of(lens), kLeastViews));
+  }
   const CamerasLayout layout({lens});
   std::vector<TargetView> own;
   for (const PosedView& one : inside) {

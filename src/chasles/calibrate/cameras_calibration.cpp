@@ -164,35 +164,7 @@ void check_input(const CamerasInput& input) {
                     "lens for each camera",
                     input.cameras.size(), input.lenses.size()));
   }
-  for (const TargetView& view : input.views) {
-    const auto is_corner = [&](int id) {
-      return id >= 0 && static_cast<std::size_t>(id) < input.corners.size();
-    };
-    if (view.camera < 0 || static_cast<std::size_t>(view.camera) >= input.cameras.size() ||
-        view.ids.size() != view.pixels.size() || !std::ranges::all_of(view.ids, is_corner)) {
-      throw UsageError(fmt::format(
-          "calibrate_cameras: a view of camera {} with {} ids and {} pixels: expected a camera "
-          "below {}, and a pixel for each id, from 0 to {}",
-          view.camera, view.ids.size(), view.pixels.size(), input.cameras.size(),
-          input.corners.size() - 1));
-    }
-    const Camera& size = input.cameras[static_cast<std::size_t>(view.camera)];
-    const auto is_outside = [&](const Vector2d& p) {
-      return p.allFinite() &&
-             (p.x() < -1 || p.y() < -1 || p.x() > size.width || p.y() > size.height);
-    };
-    if (const auto out = std::ranges::find_if(view.pixels, is_outside); out != view.pixels.end()) {
-      throw InputError(fmt::format(
-          "cam{}: found a corner at ({:.6g}, {:.6g}) px, expected it in the image of {} x {}",
-          view.camera, out->x(), out->y(), size.width, size.height));
-    }
-    if (!std::ranges::all_of(view.pixels, [](const Vector2d& p) { return p.allFinite(); })) {
-      throw UsageError(
-          fmt::format("calibrate_cameras: a view of camera {} has a pixel that is not "
-                      "finite",
-                      view.camera));
-    }
-  }
+  for (const TargetView& view : input.views) check_view(input, view, "calibrate_cameras");
 }
 
 }  // namespace
@@ -220,6 +192,33 @@ std::vector<std::string> CamerasLayout::names() const {
   }
   for (const std::string& name : shape_names_) names.push_back("target." + name);
   return names;
+}
+
+void check_view(const CamerasInput& input, const TargetView& view, const std::string& caller) {
+  const auto is_corner = [&](int id) {
+    return id >= 0 && static_cast<std::size_t>(id) < input.corners.size();
+  };
+  if (view.camera < 0 || static_cast<std::size_t>(view.camera) >= input.cameras.size() ||
+      view.ids.size() != view.pixels.size() || !std::ranges::all_of(view.ids, is_corner)) {
+    throw UsageError(
+        fmt::format("{}: a view of camera {} with {} ids and {} pixels: expected a camera "
+                    "below {}, and a pixel for each id, from 0 to {}",
+                    caller, view.camera, view.ids.size(), view.pixels.size(), input.cameras.size(),
+                    input.corners.size() - 1));
+  }
+  const Camera& size = input.cameras[static_cast<std::size_t>(view.camera)];
+  const auto is_outside = [&](const Vector2d& p) {
+    return p.allFinite() && (p.x() < -1 || p.y() < -1 || p.x() > size.width || p.y() > size.height);
+  };
+  if (const auto out = std::ranges::find_if(view.pixels, is_outside); out != view.pixels.end()) {
+    throw InputError(fmt::format(
+        "cam{}: found a corner at ({:.6g}, {:.6g}) px, expected it in the image of {} x {}",
+        view.camera, out->x(), out->y(), size.width, size.height));
+  }
+  if (!std::ranges::all_of(view.pixels, [](const Vector2d& p) { return p.allFinite(); })) {
+    throw UsageError(
+        fmt::format("{}: a view of camera {} has a pixel that is not finite", caller, view.camera));
+  }
 }
 
 CamerasCalibration calibrate_cameras(const CamerasInput& input) {

@@ -76,6 +76,10 @@ class UndeterminedError : public InputError {
   using InputError::InputError;
 };
 
+/// Throws InputError or UsageError, beginning with `caller`, for a view that these cameras and this
+/// target cannot have.
+void check_view(const CamerasInput& input, const TargetView& view, const std::string& caller);
+
 /// Least squares of the corners' pixels, under Huber's loss at three standard deviations; no corner
 /// is left out. Throws UndeterminedError where the views do not determine the parameters and where
 /// the search does not converge, and InputError where cameras share no instants: with what is

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
 #include <chasles/calibrate/target_pose.hpp>
+#include <chasles/calibrate/view_coverage.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -19,9 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kSuspicious = 4;       // times the median view's error
-constexpr int kColumns = 6, kRows = 4;  // cells of an image
-constexpr double kWantedTilt = 0.35;    // of the target against the line to the camera [rad]
+constexpr double kSuspicious = 4;  // times the median view's error
 
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
@@ -161,7 +159,7 @@ void calibrate_with_report(CamerasReport& report,
     report.remarks.push_back(fmt::format("no comparison of halves: {}", no_halves));
   }
   report.suspicious = suspicious_views(report.calibration.views);
-  report.missing = missing_views(report.calibration.cameras, report.calibration.views);
+  report.missing = missing_views(input, report.calibration.views);
 }
 
 std::vector<double> rms_before(const CamerasInput& input) {
@@ -216,48 +214,14 @@ Json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance) {
   return {{"columns", {"u_px", "v_px", "sigma_px", "sigma_rad"}}, {"grid", std::move(grid)}};
 }
 
-std::vector<std::string> missing_views(const std::vector<Camera>& cameras,
+std::vector<std::string> missing_views(const CamerasInput& input,
                                        const std::vector<ExplainedView>& views) {
-  std::vector<std::string> missing;
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const Camera& camera = cameras[c];
-    std::array<std::array<bool, kColumns>, kRows> covered{};
-    std::array<double, 4> tilts{};  // largest about x and y, both signs [rad]
-    for (const ExplainedView* view : views_of(views, c).views) {
-      for (const Eigen::Vector2d& pixel : view->view.pixels) {
-        const int i = static_cast<int>(kColumns * (pixel.x() + 0.5) / camera.width);
-        const int j = static_cast<int>(kRows * (pixel.y() + 0.5) / camera.height);
-        covered[static_cast<std::size_t>(std::clamp(j, 0, kRows - 1))]
-               [static_cast<std::size_t>(std::clamp(i, 0, kColumns - 1))] = true;
-      }
-      // How the normal of the target leans against the line to the camera.
-      const Eigen::Vector3d normal = view->cam_T_target.R.col(2);
-      const Eigen::Vector3d to_camera = -view->cam_T_target.p.normalized();
-      const Eigen::Vector3d lean = so3::log(so3::between(to_camera, normal));
-      for (int axis = 0; axis < 2; ++axis) {
-        double* both = &tilts[2 * static_cast<std::size_t>(axis)];
-        both[0] = std::max(both[0], lean[axis]);
-        both[1] = std::max(both[1], -lean[axis]);
-      }
-    }
-    int open = 0;
-    for (const auto& row : covered) open += static_cast<int>(std::ranges::count(row, false));
-    if (open > 0) {
-      missing.push_back(
-          fmt::format("cam{}: no corner in {} of {} parts of its image: show the target there", c,
-                      open, kColumns * kRows));
-    }
-    constexpr std::array kAxes = {"x", "x", "y", "y"};
-    constexpr std::array kSigns = {"", "-", "", "-"};
-    for (std::size_t k = 0; k < tilts.size(); ++k) {
-      if (tilts[k] >= kWantedTilt) continue;
-      missing.push_back(fmt::format(
-          "cam{}: the target leans by at most {:.0f} degrees about the camera's {}{} axis: turn it "
-          "by {:.0f} degrees more",
-          c, tilts[k] * kDegrees, kSigns[k], kAxes[k], (kWantedTilt - tilts[k]) * kDegrees));
-    }
+  ViewCoverage coverage(input.cameras, input.corners);
+  for (const ExplainedView& view : views) {
+    coverage.add(view.view);
+    coverage.add_pose(view.view.camera, view.cam_T_target);
   }
-  return missing;
+  return coverage.missing();
 }
 
 Json cameras_json(const CamerasReport& report) {

@@ -48,8 +48,8 @@ double suspicious_rms(const std::vector<ExplainedView>& views);
 std::string few_pieces(int pieces);
 /// A sentence on each suspicious view.
 std::vector<std::string> suspicious_views(const std::vector<ExplainedView>& views);
-/// Parts of the images without corners, and tilts of the target that did not occur.
-std::vector<std::string> missing_views(const std::vector<Camera>& cameras,
+/// What the views do not show (ViewCoverage::missing). `input`: the sizes and the corners.
+std::vector<std::string> missing_views(const CamerasInput& input,
                                        const std::vector<ExplainedView>& views);
 /// u, v [px] and the uncertainty of the projection there [px, rad], of a grid of the image.
 nlohmann::ordered_json projection_json(const Camera& camera, const Eigen::MatrixXd& covariance);

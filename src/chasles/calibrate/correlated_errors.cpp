@@ -17,7 +17,20 @@ constexpr double kPieceSeconds = 1;
 constexpr double kMoved = 0.1;     // of the diagonal of the corners
 constexpr int kEnoughPieces = 10;  // to measure a scatter
 
-// Whether the corners of a view have moved since another one of the same camera.
+bool any_has_moved(const Instant& from, const Instant& to) {
+  bool has_common = false;
+  for (const TargetView* a : from.views) {
+    for (const TargetView* b : to.views) {
+      if (a->camera != b->camera) continue;
+      has_common = true;
+      if (has_moved(*a, *b)) return true;
+    }
+  }
+  return !has_common;
+}
+
+}  // namespace
+
 bool has_moved(const TargetView& from, const TargetView& to) {
   Eigen::AlignedBox2d box;
   double sum = 0, common = 0;
@@ -33,27 +46,13 @@ bool has_moved(const TargetView& from, const TargetView& to) {
   return common == 0 || sum / common > kMoved * box.diagonal().norm();
 }
 
-bool has_moved(const Instant& from, const Instant& to) {
-  bool has_common = false;
-  for (const TargetView* a : from.views) {
-    for (const TargetView* b : to.views) {
-      if (a->camera != b->camera) continue;
-      has_common = true;
-      if (has_moved(*a, *b)) return true;
-    }
-  }
-  return !has_common;
-}
-
-}  // namespace
-
 std::vector<int> independent_pieces(const std::vector<Instant>& instants) {
   std::vector<int> pieces;
   std::size_t begin = 0;
   int piece = 0;
   for (std::size_t k = 0; k < instants.size(); ++k) {
     if (to_seconds(instants[k].time - instants[begin].time) >= kPieceSeconds &&
-        has_moved(instants[begin], instants[k])) {
+        any_has_moved(instants[begin], instants[k])) {
       begin = k;
       ++piece;
     }

@@ -10,6 +10,10 @@
 /// Errors that corners have in common. Private to the calibrate folder.
 namespace chasles::calibrate_detail {
 
+/// Whether the corners of a view have moved since another one of the same camera: by a tenth of
+/// their extent in the image, or no corner is in both.
+bool has_moved(const TargetView& from, const TargetView& to);
+
 /// To which piece of independent errors each instant belongs, from 0 on. Errors are alike in one
 /// image, and in those that look the same: a new piece begins a second after the last one began,
 /// but not before the target has moved in the images by a tenth of its size.

@@ -11,15 +11,13 @@
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/cameras_report.hpp>
 #include <chasles/calibrate/inertial_report.hpp>
+#include <chasles/calibrate/live_motion.hpp>
 #include <chasles/calibrate/projection_uncertainty.hpp>
 
 namespace chasles {
 namespace {
 
 using InertialJson = nlohmann::ordered_json;
-
-constexpr double kLeastTurning = 0.3;  // root mean square of the rate about an axis [rad/s]
-constexpr double kLeastShaking = 0.5;  // of the specific force about its mean [m/s^2]
 
 std::string unit_of_parameter(const std::string& name) {
   const auto has = [&](const char* part) { return name.find(part) != std::string::npos; };
@@ -159,7 +157,8 @@ void calibrate_with_report(InertialReport& report,
   }
   report.suspicious = suspicious_views(found.views);
   report.missing = missing_motion(report.input, found);
-  std::ranges::move(missing_views(found.cameras, found.views), std::back_inserter(report.missing));
+  std::ranges::move(missing_views(report.input.cameras, found.views),
+                    std::back_inserter(report.missing));
   std::ranges::move(contradictions(found), std::back_inserter(report.remarks));
   std::ranges::move(lens_contradictions(report, threads), std::back_inserter(report.remarks));
   if (std::string few = few_pieces(found.pieces); !few.empty()) {
@@ -169,7 +168,6 @@ void calibrate_with_report(InertialReport& report,
 
 std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
                                         const InertialCalibration& calibration) {
-  Eigen::Vector3d turning = Eigen::Vector3d::Zero(), force = turning, mean = turning;
   // Of the samples that have views.
   std::vector<ImuSample> samples;
   const Time offset(static_cast<std::int64_t>(1e9 * calibration.time_offsets[0]));
@@ -179,35 +177,7 @@ std::vector<std::string> missing_motion(const InertialCalibrationInput& input,
       samples.push_back(sample);
     }
   }
-  if (samples.empty()) return {};
-  const auto count = static_cast<double>(samples.size());
-  for (const ImuSample& sample : samples) {
-    turning += (sample.angular_rate_imu - calibration.biases.tail<3>()).cwiseAbs2();
-    mean += sample.specific_force_imu;
-  }
-  mean /= count;
-  for (const ImuSample& sample : samples) {
-    force += (sample.specific_force_imu - mean).cwiseAbs2();
-  }
-  std::vector<std::string> missing;
-  constexpr std::array kAxes = {"x", "y", "z"};
-  for (int i = 0; i < 3; ++i) {
-    const double rate = std::sqrt(turning[i] / count), shaking = std::sqrt(force[i] / count);
-    const char* axis = kAxes[static_cast<std::size_t>(i)];
-    if (rate < kLeastTurning) {
-      missing.push_back(fmt::format(
-          "the rig turns by {:.2f} rad/s about the IMU's {} axis, in the mean: turn it there by "
-          "{:.1f} rad/s or more",
-          rate, axis, kLeastTurning));
-    }
-    if (shaking < kLeastShaking) {
-      missing.push_back(fmt::format(
-          "the force along the IMU's {} axis changes by {:.2f} m/s^2, in the mean: tilt or shake "
-          "the rig until it is {:.1f} m/s^2 or more",
-          axis, shaking, kLeastShaking));
-    }
-  }
-  return missing;
+  return missing_motion(samples, calibration.biases.tail<3>());
 }
 
 std::vector<std::string> contradictions(const InertialCalibration& calibration) {

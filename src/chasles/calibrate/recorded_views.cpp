@@ -7,9 +7,9 @@
 #include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/in_parallel.hpp>
+#include <chasles/calibrate/capture_guide.hpp>
 #include <chasles/calibrate/recorded_views.hpp>
-#include <chasles/calibration/all_cameras.hpp>
-#include <chasles/target/target_detector.hpp>
+#include <chasles/calibrate/target_images.hpp>
 
 namespace chasles {
 namespace {
@@ -23,26 +23,49 @@ struct FrameViews {
   std::vector<std::string> lacks, damaged;
 };
 
-// Sources are read by one thread at a time.
-FrameViews detected(const ImageSource& images, std::mutex& reading, std::size_t index,
-                    const TargetDetector& detector) {
-  FrameViews result;
-  ImageFrame frame;
-  {
-    const std::lock_guard lock(reading);
-    frame = images.read_undamaged(index, kAllCameras, [&](const InputError& error) {
-      result.damaged.push_back(error.what());
-    });
+void add(TargetDetection found, Time time, std::size_t camera, FrameViews& result) {
+  if (found.view.ids.empty()) return;
+  found.view.time = time;
+  found.view.camera = static_cast<int>(camera);
+  result.views.push_back(std::move(found.view));
+  result.blur.push_back(found.blur);
+  result.lacks.push_back(std::move(found.lack));
+}
+
+// What is known of each image of a frame; null: nothing.
+std::vector<const TargetDetection*> known_of(const Recording& recording, std::size_t index,
+                                             const ViewOptions& options) {
+  std::vector<const TargetDetection*> known(recording.cameras.size(), nullptr);
+  for (std::size_t c = 0; options.known && c < known.size(); ++c) {
+    const std::filesystem::path file = target_image_file(*recording.images, index, c);
+    if (!file.empty()) known[c] = options.known(file);
   }
-  for (std::size_t c = 0; c < frame.images.size(); ++c) {
-    if (frame.images[c].empty()) continue;
-    TargetDetection found = detector.detect(frame.images[c]);
-    if (found.view.ids.empty()) continue;
-    found.view.time = images.time(index);
-    found.view.camera = static_cast<int>(c);
-    result.views.push_back(std::move(found.view));
-    result.blur.push_back(found.blur);
-    result.lacks.push_back(std::move(found.lack));
+  return known;
+}
+
+// Sources are read by one thread at a time.
+FrameViews detected(const Recording& recording, std::mutex& reading, std::size_t index,
+                    const TargetDetector& detector, const ViewOptions& options) {
+  FrameViews result;
+  const ImageSource& images = *recording.images;
+  const std::vector<const TargetDetection*> known = known_of(recording, index, options);
+  std::vector<std::size_t> unknown;
+  for (std::size_t c = 0; c < known.size(); ++c) {
+    if (!known[c]) unknown.push_back(c);
+  }
+  ImageFrame frame;
+  if (!unknown.empty()) {
+    const std::lock_guard lock(reading);
+    frame = images.read_chosen(
+        index, unknown, [&](const InputError& error) { result.damaged.push_back(error.what()); });
+  }
+  std::size_t next = 0;
+  for (std::size_t c = 0; c < known.size(); ++c) {
+    if (known[c]) {
+      add(*known[c], images.time(index), c, result);
+    } else if (const GrayImage& image = frame.images[next++]; !image.empty()) {
+      add(detector.detect(image), images.time(index), c, result);
+    }
   }
   return result;
 }
@@ -57,8 +80,8 @@ std::vector<FrameViews> detected_all(const Recording& recording, const Target& t
   std::mutex reading;
   in_parallel(frames.size(), options.threads, [&](std::size_t i) {
     if (stop) return;
-    frames[i] =
-        detected(*recording.images, reading, i * static_cast<std::size_t>(options.every), detector);
+    frames[i] = detected(recording, reading, i * static_cast<std::size_t>(options.every), detector,
+                         options);
     if (const std::size_t count = ++done; options.progress && !options.progress(count)) {
       stop = true;
     }
@@ -129,6 +152,18 @@ RecordedViews recorded_views(const Recording& recording, const Target& target,
     std::ranges::move(frame.damaged, std::back_inserter(result.damaged));
   }
   return result;
+}
+
+std::vector<std::string> blurred_views(const RecordedViews& views) {
+  std::vector<BlurCount> counts(views.seen.size());
+  for (std::size_t i = 0; i < views.views.size(); ++i) {
+    counts[static_cast<std::size_t>(views.views[i].camera)].add(views.blur[i]);
+  }
+  std::vector<std::string> sentences;
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    if (std::string one = counts[c].sentence(c); !one.empty()) sentences.push_back(std::move(one));
+  }
+  return sentences;
 }
 
 }  // namespace chasles

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include <chasles/recording/recording.hpp>
 #include <chasles/target/target.hpp>
+#include <chasles/target/target_detector.hpp>
 
 namespace chasles {
 
@@ -16,6 +18,8 @@ struct ViewOptions {
   /// Called from any thread after each frame, with the number of frames done; false: stop, and keep
   /// what is found.
   std::function<bool(std::size_t done)> progress = {};
+  /// What an image shows that was searched before, by its file; null: it was not. Any thread.
+  std::function<const TargetDetection*(const std::filesystem::path& file)> known = {};
 };
 
 /// The views of a target in a recording.
@@ -35,5 +39,8 @@ std::size_t searched_frames(const Recording& recording, const ViewOptions& optio
 /// Throws InputError for a recording with neither, and for tracks with other ids.
 RecordedViews recorded_views(const Recording& recording, const Target& target,
                              const ViewOptions& options = {});
+
+/// A sentence on each camera whose views are mostly blurred (BlurCount).
+std::vector<std::string> blurred_views(const RecordedViews& views);
 
 }  // namespace chasles

@@ -71,18 +71,41 @@ TEST_F(TargetImagesTest, ACameraIsCalibratedByRenderedPhotographs) {
 
 TEST_F(TargetImagesTest, CamerasShareInstantsByNames) {
   const GrayImage grey{.width = 8, .height = 6, .pixels = std::vector<std::uint8_t>(48, 100)};
-  for (const char* name : {"cam0/1000000000.png", "cam0/1000000002.png", "cam1/1000000002.png"}) {
+  for (const char* name : {"cam0/1000000000.png", "cam0/1050000000.png", "cam1/1050000000.png"}) {
     write(name, grey);
   }
   ASSERT_TRUE(is_target_images(folder_));
   const Recording recording = read_target_images(folder_);
   ASSERT_EQ(recording.images->size(), 2u);
-  EXPECT_EQ(recording.images->time(1), Time(1000000002));
+  EXPECT_EQ(recording.images->time(1), Time(1050000000));
   EXPECT_FALSE(recording.images->has_image(0, 1));
   EXPECT_EQ(recording.images->read(1).images.size(), 2u);
   EXPECT_THROW(recorded_views({}, april_board()), InputError);
+  std::ofstream(folder_ / "board.yaml")
+      << "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.088\ntagSpacing: 0.3\n";
+  EXPECT_TRUE(is_target_images(folder_));
   std::ofstream(folder_ / "calibration.yaml") << "cameras: []\n";
   EXPECT_FALSE(is_target_images(folder_)) << "a recording";
+}
+
+TEST(TimesOfNames, StampsInAnyUnitAreRead) {
+  using Names = std::vector<std::string>;
+  using Times = std::vector<Time>;
+  const Time first(1403636584763556000), second(1403636584813556000);
+  for (const Names& names : {Names{"1403636584763556000", "1403636584813556000"},
+                             {"1403636584763556", "1403636584813556"},
+                             {"left_1403636584.763556", "left_1403636584.813556"}}) {
+    EXPECT_EQ(times_of_names(names), (Times{first, second})) << names[0];
+  }
+  const Times counted{Time(0), std::chrono::seconds(1)};
+  for (const Names& names : {Names{"frame_0001", "frame_0002"},
+                             {"frame.0001", "frame.0002"},
+                             {"20240501123456", "20240501123457"},
+                             {"a", "1403636584763556000"},
+                             {"a1403636584763556000", "b1403636584813556000"}}) {
+    EXPECT_EQ(times_of_names(names), counted) << names[0];
+  }
+  EXPECT_TRUE(times_of_names({}).empty());
 }
 
 TEST_F(TargetImagesTest, AnImageOfAnotherSizeIsReportedAndLeftOut) {

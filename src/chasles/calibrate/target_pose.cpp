@@ -145,4 +145,17 @@ std::optional<TargetPose> target_pose(const Camera& camera, std::span<const Vect
   return refined_pose(camera, corners, view, *start, loss_width);
 }
 
+bool is_seen_from_behind(std::span<const Eigen::Vector3d> corners, const TargetView& view) {
+  Eigen::Matrix2d products = Eigen::Matrix2d::Zero();  // of places on the board and in the image
+  Eigen::Vector2d places = Eigen::Vector2d::Zero(), pixels = Eigen::Vector2d::Zero();
+  for (std::size_t i = 0; i < view.ids.size(); ++i) {
+    const Eigen::Vector2d place = corners[static_cast<std::size_t>(view.ids[i])].head<2>();
+    products += place * view.pixels[i].transpose();
+    places += place;
+    pixels += view.pixels[i];
+  }
+  const double n = std::max(1.0, static_cast<double>(view.ids.size()));
+  return (products - places * pixels.transpose() / n).determinant() > 0;
+}
+
 }  // namespace chasles

@@ -31,4 +31,8 @@ std::optional<TargetPose> refined_pose(const Camera& camera,
                                        const TargetView& view, const SE3& cam_T_target,
                                        double loss_width = 1);
 
+/// Whether a view shows the side of a flat target that its z axis points away from, as of boards
+/// whose y axis points down.
+bool is_seen_from_behind(std::span<const Eigen::Vector3d> corners, const TargetView& view);
+
 }  // namespace chasles

@@ -12,6 +12,7 @@
 #include <chasles/recording/calibration_to_write.hpp>
 #include <chasles/recording/readers.hpp>
 #include <chasles/recording/sensor_calibration.hpp>
+#include <chasles/recording/uncalibrated.hpp>
 
 namespace chasles {
 namespace {
@@ -114,13 +115,8 @@ void add_applied(const fs::path& path, const Recording& recording,
   calibration.imu_topic = rig->imu_topic;
 }
 
-CalibrationFound of_recording(const fs::path& path) {
-  Recording recording = read_recording(path);
-  if (recording.cameras.empty()) {
-    throw InputError(fmt::format(
-        "{}: is a recording {}, expected one of cameras with the sizes of their images",
-        path.string(), recording.rig.fx > 0 ? "of a rectified stereo pair" : "without cameras"));
-  }
+// What a recording states, without what its reader has applied.
+CalibrationFound to_write(const Recording& recording) {
   CalibrationFound found{.calibration = {.name = recording.name,
                                          .cameras = recording.cameras,
                                          .has_imu = !recording.imu.empty(),
@@ -133,6 +129,17 @@ CalibrationFound of_recording(const fs::path& path) {
     found.calibration.imu_rate =
         static_cast<double>(imu.size() - 1) / to_seconds(imu.back().time - imu.front().time);
   }
+  return found;
+}
+
+CalibrationFound of_recording(const fs::path& path) {
+  const Recording recording = read_recording(path);
+  if (recording.cameras.empty()) {
+    throw InputError(fmt::format(
+        "{}: is a recording {}, expected one of cameras with the sizes of their images",
+        path.string(), recording.rig.fx > 0 ? "of a rectified stereo pair" : "without cameras"));
+  }
+  CalibrationFound found = to_write(recording);
   add_applied(path, recording, found.calibration);
   return found;
 }
@@ -153,6 +160,13 @@ CalibrationFound find_calibration_to_write(const fs::path& path, double imu_rate
   }
   if (imu_rate > 0) found.calibration.imu_rate = imu_rate;
   return found;
+}
+
+CalibrationFound find_calibration_to_replace(const fs::path& recording) {
+  if (!is_uncalibrated(recording)) return find_calibration_to_write(recording);
+  Recording found = read_uncalibrated(recording);
+  found.cameras.clear();
+  return to_write(found);
 }
 
 }  // namespace chasles

@@ -19,4 +19,8 @@ struct CalibrationFound {
 /// what the file states; 0: that of the file, or of the recording's samples. Throws InputError.
 CalibrationFound find_calibration_to_write(const std::filesystem::path& path, double imu_rate = 0);
 
+/// The same for what a calibration of a recording replaces: one without a calibration
+/// (is_uncalibrated()) states its IMU alone, and no cameras.
+CalibrationFound find_calibration_to_replace(const std::filesystem::path& recording);
+
 }  // namespace chasles

@@ -2,6 +2,7 @@
 #include <array>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -49,19 +50,9 @@ void remark_on_units(const std::string& table, const ImuColumns& columns,
       fmt::format("{} has {}: converted to SI units", table, fmt::join(converted, " and ")));
 }
 
-}  // namespace
-
-// Such rows have no line of names above them.
-bool is_ros2_echo(std::string_view bytes) {
-  const CsvHeading heading = find_heading(bytes);
-  std::vector<std::string_view> values;
-  split_values(heading.first, {.quotes = true}, values);
-  return heading.names.empty() && values.size() == ros2_echo_names().size();
-}
-
-std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
-                                      std::vector<std::string>& remarks) {
-  CsvReader csv = open_imu_table(file.string(), read_plain_or_gzip(file));
+std::vector<ImuSample> samples_of(const std::filesystem::path& file, std::string bytes,
+                                  std::vector<std::string>& remarks) {
+  CsvReader csv = open_imu_table(file.string(), std::move(bytes));
   ImuColumns columns = find_imu_columns(csv);
   const std::string table = file.filename().string();
   std::vector<ImuSample> imu;
@@ -82,9 +73,31 @@ std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
   return imu;
 }
 
+}  // namespace
+
+// Such rows have no line of names above them.
+bool is_ros2_echo(std::string_view bytes) {
+  const CsvHeading heading = find_heading(bytes);
+  std::vector<std::string_view> values;
+  split_values(heading.first, {.quotes = true}, values);
+  return heading.names.empty() && values.size() == ros2_echo_names().size();
+}
+
+std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
+                                      std::vector<std::string>& remarks) {
+  return samples_of(file, read_plain_or_gzip(file), remarks);
+}
+
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file) {
   std::vector<std::string> ignored;
   return read_imu_table(file, ignored);
+}
+
+std::vector<ImuSample> read_whole_rows(const std::filesystem::path& file) {
+  std::vector<std::string> ignored;
+  std::string bytes = read_plain_or_gzip(file);
+  bytes.resize(bytes.rfind('\n') + 1);  // npos + 1 is 0
+  return samples_of(file, std::move(bytes), ignored);
 }
 
 }  // namespace chasles

@@ -30,6 +30,9 @@ std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
                                       std::vector<std::string>& remarks);
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file);
 
+/// The same until the last whole row, of a table that another program is still writing.
+std::vector<ImuSample> read_whole_rows(const std::filesystem::path& file);
+
 /// Whether a text begins as the rows of `ros2 topic echo --csv` of a sensor_msgs/Imu.
 bool is_ros2_echo(std::string_view bytes);
 
