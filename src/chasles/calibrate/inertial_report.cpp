@@ -83,41 +83,40 @@ LensDifference lens_difference(const InertialCalibration& found, std::size_t c) 
   return most;
 }
 
-// What other lenses do for the views of a camera, which has `lens`.
-std::string better_lens(const CamerasInput& input, std::size_t c, const LensForm& lens,
-                        const std::optional<LensChoice>& choice, int threads) {
-  std::vector<LensTrial> trials;
-  if (choice) {
-    trials = choice->trials;
-  } else {
-    std::vector<std::vector<LensForm>> candidates;
-    for (const LensForm& given : input.lenses) candidates.push_back({given});
-    candidates[c] = common_lenses();
-    if (std::ranges::find(candidates[c], lens) == candidates[c].end()) {
-      candidates[c].push_back(lens);
-    }
-    CamerasInput again = input;
-    again.lenses.clear();
-    try {
-      trials = choose_lenses(again, candidates, false, threads)[c]->trials;
-    } catch (const InputError&) {
-      return "";
-    }
+// The common lenses and that of a camera, if none were compared before.
+std::vector<LensTrial> lens_trials(const InertialReport& report, std::size_t c, int threads) {
+  if (report.choices[c]) return report.choices[c]->trials;
+  CamerasInput input = report.input.cameras;
+  std::vector<std::vector<LensForm>> candidates;
+  for (const LensForm& lens : input.lenses) candidates.push_back({lens});
+  for (const LensForm& lens : common_lenses()) {
+    if (lens != candidates[c][0]) candidates[c].push_back(lens);
   }
-  double own = std::numeric_limits<double>::infinity();
-  for (const LensTrial& trial : trials) {
-    if (trial.lens == lens && std::isfinite(trial.held_out_rms)) own = trial.held_out_rms;
+  input.lenses.clear();
+  try {
+    return choose_lenses(input, candidates, false, threads)[c]->trials;
+  } catch (const InputError&) {
+    return {};
   }
-  const LensTrial* best = nullptr;
-  for (const LensTrial& trial : trials) {
-    if (!(trial.held_out_rms < own)) continue;
-    if (best == nullptr || trial.held_out_rms < best->held_out_rms) best = &trial;
+}
+
+// Which lens it is, if another one predicts the views better.
+std::string lens_verdict(const std::vector<LensTrial>& trials, const LensForm& lens) {
+  constexpr double kBetter = 0.99;  // of the error
+  const auto rms = [](const LensTrial& trial) {
+    return std::isfinite(trial.held_out_rms) ? trial.held_out_rms
+                                             : std::numeric_limits<double>::infinity();
+  };
+  const auto own = std::ranges::find(trials, lens, &LensTrial::lens);
+  const auto best = std::ranges::min_element(trials, {}, rms);
+  if (own == trials.end() || !(rms(*best) < kBetter * rms(*own))) {
+    return fmt::format(
+        "no other lens than {} fits better: was the target static, and is it flat but for a bend?",
+        name_of(lens));
   }
-  if (best == nullptr) {
-    return fmt::format("none of {} lenses predicts its views better", trials.size());
-  }
-  return fmt::format("the lens {} predicts its views to {:.3f} px, {} to {:.3f} px",
-                     name_of(best->lens), best->held_out_rms, name_of(lens), own);
+  return fmt::format("the lens {} does not fit; the lens {} predicts its views to {:.3f} px{}",
+                     name_of(lens), name_of(best->lens), rms(*best),
+                     std::isfinite(rms(*own)) ? fmt::format(", not to {:.3f} px", rms(*own)) : "");
 }
 
 }  // namespace
@@ -130,13 +129,10 @@ std::vector<std::string> lens_contradictions(const InertialReport& report, int t
     const LensDifference most = lens_difference(found, c);
     if (!(most.sigmas() > kMostSigmas)) continue;
     const LensForm& lens = found.layout.lens(c);
-    const std::string better =
-        better_lens(report.input.cameras, c, lens, report.choices[c], threads);
     sentences.push_back(fmt::format(
-        "cam{}.{} is {:.6g} by the views alone and {:.6g} with the IMU, {:.1f} sigma apart: the "
-        "lens {} does not fit{}{}",
-        c, lens_parameter_names(lens)[static_cast<std::size_t>(most.parameter)], most.alone,
-        most.joint, most.sigmas(), name_of(lens), better.empty() ? "" : "; ", better));
+        "cam{}.{} is {:.6g} by the views alone and {:.6g} with the IMU, {:.1f} sigma apart: {}", c,
+        lens_parameter_names(lens)[static_cast<std::size_t>(most.parameter)], most.alone,
+        most.joint, most.sigmas(), lens_verdict(lens_trials(report, c, threads), lens)));
   }
   return sentences;
 }
