@@ -48,7 +48,7 @@ TEST(CalibrateLive, SaysWhatIsMissingAndEndsAsAPlainRun) {
   ASSERT_TRUE(live.shows("there are no images yet")) << live.output();
   fs::create_directories(folder / "frames");
   spill(folder / image_name(0), images[0]);
-  ASSERT_TRUE(live.shows("1 independent ones")) << live.output();
+  ASSERT_TRUE(live.shows("1 views, 1 independent")) << live.output();
   for (std::size_t i = 1; i < images.size(); ++i) {
     spill(folder / image_name(i), images[i].substr(0, images[i].size() / 2));
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

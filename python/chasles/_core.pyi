@@ -96,6 +96,27 @@ class Camera:
     def readout_direction(self) -> str:
         """down, up, right or left."""
 
+class Target:
+    """A calibration target of a file (docs/calibration.md), and its corners in images."""
+    def __init__(self, path: Path) -> None: ...
+    @property
+    def corners(self) -> Floats:
+        """(N, 3): the corners in the frame of the target [m]; the row is a corner's id."""
+    def find(self, image: _Picture) -> Tuple[Ints, Floats]:
+        """The ids (K,) of the corners that an image shows and their pixels (K, 2); the centre of the first pixel is (0, 0). An image is grey, (height, width) of uint8, or one of Pillow."""
+
+class CaptureGuide:
+    """Says, while views of a target are recorded by any program, which views a calibration would lack. target: a Target, or its corners (N, 3) as for calibrate_cameras [m]. sizes: (width, height) of the images of each camera. lenses: as for calibrate_cameras; a single one is that by which the cameras are estimated."""
+    def __init__(self, target: Union[Target, ArrayLike], sizes: Sequence[Tuple[int, int]], lenses: str = ...) -> None: ...
+    def add(self, time: Time, camera: int, ids: ArrayLike, pixels: ArrayLike) -> None:
+        """A view, as one of calibrate_cameras: time an int [ns] or a float [s], one for all cameras that see the target at an instant; ids (K,), pixels (K, 2). Fewer than four corners show nothing. Raises InputError for a view that cannot be used."""
+    @property
+    def missing(self) -> list[str]:
+        """What is missing, one sentence each, the most important first; empty: it is enough."""
+    @property
+    def focal_lengths(self) -> list[Optional[Tuple[float, float]]]:
+        """Of each camera fx and its standard deviation [px], by its views till now; None where they do not determine it yet."""
+
 class ImuNoise:
     """Noise densities of an IMU, as Allan variances give them."""
     def __init__(self, *, accelerometer_noise_density: float, gyroscope_noise_density: float,
