@@ -47,7 +47,7 @@ def test_the_module_agrees_with_its_stubs(alone, tmp_path):
     # Classes of pybind11 have a metaclass of its own; their members are compared one by one. mypy 1.0 takes a
     # cached_property of the sources for another one at run time. The rest is for types alone, or added by Python.
     allowed.write_text("""
-chasles(\\._core|\\.lab)?\\.(Camera|ChartState|Estimate|FirstSight|ImuNoise|PredictedState|RealtimeSlam|Recording|Run|Slam)
+chasles(\\._core|\\.lab)?\\.(Camera|CaptureGuide|ChartState|Estimate|FirstSight|ImuNoise|PredictedState|RealtimeSlam|Recording|Run|Slam|Target)
 chasles(\\._functions|\\._run|\\._calls|\\._batch)?\\.Run\\.(_columns|_summary)
 chasles(\\._settings)?\\.\\w+(Settings|Arguments)
 chasles\\._core\\.(Path|Time|Floats|Ints|Image|_.*)
