@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/calibrate/lens_parameters.hpp>
 #include <chasles/calibrate/levenberg_marquardt.hpp>

@@ -90,7 +90,8 @@ class Tracker {
     for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
       const auto pixel = visible_pixel_of(track.point, camera, pose);
       if (!pixel) continue;
-      frame_.pixels.push_back({landmark, static_cast<int>(camera), *pixel});
+      frame_.pixels.push_back(
+          {.landmark = landmark, .camera = static_cast<int>(camera), .pixel = *pixel});
       if (track.finder) frame_.pixels.back().match = camera != *track.finder;
     }
     return frame_.pixels.size() > before;
