@@ -30,7 +30,8 @@ Recording four_cameras() {
   r.name = "four";
   for (int c = 0; c < 4; ++c) r.cameras.push_back({.width = c + 1, .cam_T_imu = {}});
   r.images = std::make_shared<Four>();
-  r.frames.push_back({.time = Time(0), .pixels = {{1, 0, {0, 0}}, {1, 1, {1, 0}}, {1, 3, {3, 0}}}});
+  r.frames.push_back(
+      {.time = Time(0), .pixels = {{1, 0, {}, {0, 0}}, {1, 1, {}, {1, 0}}, {1, 3, {}, {3, 0}}}});
   return r;
 }
 
@@ -83,7 +84,7 @@ TEST(CameraChoice, KeepsTheseCamerasInThisOrder) {
 TEST(CameraChoice, MatchesOfAFinderThatIsLeftOutAreTracksOfTheirOwn) {
   for (const auto& choice : {Numbers{0}, Numbers{0, 3}, Numbers{0, 1}}) {
     Recording r = four_cameras();
-    r.frames[0].pixels = {{1, 0, {0, 0}}, {1, 1, {1, 0}}, {1, 3, {3, 0}}};
+    r.frames[0].pixels = {{1, 0, {}, {0, 0}}, {1, 1, {}, {1, 0}}, {1, 3, {}, {3, 0}}};
     r.frames[0].pixels[0].match = true;
     r.frames[0].pixels[1].match = false;
     r.frames[0].pixels[2].match = true;
