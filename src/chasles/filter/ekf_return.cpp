@@ -58,7 +58,7 @@ void Ekf::to_world_axes(Landmark& landmark) {
   landmark.first = world_T_nav * landmark.first;
 }
 
-int Ekf::add_past(PriorMap prior) { return past_.add_past(std::move(prior), covariance_.size()); }
+int Ekf::add_past(PriorMap prior) { return past_.add_past(std::move(prior), covariance_); }
 
 void Ekf::revive(std::span<const int> numbers) {
   past_.check_can_return(numbers);
@@ -69,7 +69,7 @@ void Ekf::revive(std::span<const int> numbers) {
 
 // The past states become the last rows of the state.
 void Ekf::revive_others(const std::vector<int>& numbers) {
-  const Carried past = past_.revive(numbers, covariance_.size());
+  const Carried past = past_.revive(numbers, covariance_);
   const auto k = static_cast<int>(past.rows());
   const int row = covariance_.append(k);
   auto P = covariance_.all();

@@ -15,6 +15,7 @@ struct Case {
   std::string chart;
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
+  bool recalls = true;        // without it, nothing can
   bool marginalises = false;  // some past landmarks do not return, some of the state leave for ever
   bool prior = false;         // landmarks from elsewhere are added, twice
   bool considered = false;    // the first of them are not changed
@@ -28,6 +29,7 @@ inline std::string name_of(const Case& c) {
   if (c.keeps_scale) name += "_scale";
   if (c.marginalises) name += "_marginalising";
   if (c.prior) name += c.considered ? "_considered_prior" : "_prior";
+  if (!c.recalls) name += "_without_recall";
   return name + (c.revives ? "" : "_without_revival");
 }
 
@@ -37,6 +39,9 @@ inline std::vector<Case> wanderer_cases() {
     const std::string name(chart.name);
     all.push_back({.chart = name});
     all.push_back({.chart = name, .revives = false});
+    all.push_back({.chart = name, .revives = false, .recalls = false});
+    all.push_back(
+        {.chart = name, .nav = true, .calibrating = true, .revives = false, .recalls = false});
     all.push_back({.chart = name, .marginalises = true});
     all.push_back({.chart = name, .prior = true});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
@@ -59,14 +64,15 @@ inline std::vector<Case> wanderer_cases() {
 // A filter that makes random steps; equal ones make equal steps.
 class Wanderer {
  public:
-  Wanderer(const Case& c, Ekf::Map map, std::size_t most_bytes = 0)
+  Wanderer(const Case& c, Ekf::Map map, std::size_t most_bytes = 0, int condensed_after = 10)
       : case_(c),
         random_(17),
         ekf_(inertial_filter(error_chart(c.chart), random_, c.nav, c.calibrating,
                              {.map = map,
-                              .past = {.recalls = most_bytes == 0 || c.revives,
+                              .past = {.recalls = c.recalls,
                                        .records = true,
-                                       .most_bytes = most_bytes},
+                                       .most_bytes = most_bytes,
+                                       .condensed_after = condensed_after},
                               .keep_scale = c.keeps_scale})) {}
 
   const Ekf& ekf() const { return ekf_; }

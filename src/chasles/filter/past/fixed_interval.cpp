@@ -72,19 +72,6 @@ std::vector<ReturningStates> find_returning(const std::vector<Stretch>& stretche
   return result;
 }
 
-// What is known exactly has a covariance of zero; what remains of it, and of its correction, are
-// rounding errors.
-SmoothedState without_rounding(SmoothedState state) {
-  constexpr double kExact = 1e-20;  // (0.1 nm)^2
-  for (Index i = 0; i < state.covariance.rows(); ++i) {
-    if (state.covariance(i, i) > kExact) continue;
-    state.covariance.row(i).setZero();
-    state.covariance.col(i).setZero();
-    state.correction(i) = 0;
-  }
-  return state;
-}
-
 // Of the segment's items, those that return later.
 std::vector<Index> returning_variables(const Segment& segment, const std::vector<int>& returning) {
   std::vector<Index> result;
@@ -130,6 +117,17 @@ void reorder(Later& later, const Stretch& next, const ReturningStates& returning
 }
 
 }  // namespace
+
+SmoothedState without_rounding(SmoothedState state) {
+  constexpr double kExact = 1e-20;  // (0.1 nm)^2
+  for (Index i = 0; i < state.covariance.rows(); ++i) {
+    if (state.covariance(i, i) > kExact) continue;
+    state.covariance.row(i).setZero();
+    state.covariance.col(i).setZero();
+    state.correction(i) = 0;
+  }
+  return state;
+}
 
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
   const std::vector<int> returning = sorted_numbers(stretches);

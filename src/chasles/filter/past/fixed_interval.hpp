@@ -20,6 +20,10 @@ struct SmoothedState {
   Eigen::MatrixXd covariance;
 };
 
+/// What is known exactly has a covariance of zero; what remains of it, and of its correction, are
+/// rounding errors.
+SmoothedState without_rounding(SmoothedState state);
+
 /// Fixed-interval smoothing: correction and covariance of every item of the segments, given the
 /// measurements of all of them, in the order of numbers.
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches);

@@ -28,11 +28,11 @@ void KeptPast::reject_with_history(const char* what) const {
 }
 
 // Ending a segment costs little. A segment's steps cost the more the more states have left in it.
-void KeptPast::end_segment_when_due(Index n) {
+void KeptPast::end_segment_when_due(const Covariance& covariance) {
   constexpr Index kMostRows = 120;
   if (latest_.item_rows() < kMostRows) return;
-  left_.append(latest_.segment());
-  latest_.begin(n);
+  left_.append(latest_.segment(), covariance.all());
+  latest_.begin(covariance.size());
 }
 
 void KeptPast::leave(const Landmark& landmark, const State& x, const Covariance& covariance) {
@@ -85,16 +85,16 @@ void KeptPast::check_can_return(std::span<const int> numbers) const {
       "not returned");
 }
 
-Carried KeptPast::revive(const std::vector<int>& numbers, Index n) {
+Carried KeptPast::revive(const std::vector<int>& numbers, const Covariance& covariance) {
   Carried past;
   if (map_ == Map::kDense) {
     carry(past, latest_.segment(), numbers);
     left_.note_returned(numbers);
     latest_.make_states(numbers);
   } else {
-    left_.append(latest_.segment());
+    left_.append(latest_.segment(), covariance.all());
     past = left_.revive(numbers);
-    latest_.begin(n + past.rows());
+    latest_.begin(covariance.size() + past.rows());
   }
   return past;
 }
@@ -119,14 +119,15 @@ int KeptPast::consider(PriorMap prior) {
   return left_.add(std::move(prior));
 }
 
-int KeptPast::add_past(PriorMap prior, Index n) {
+int KeptPast::add_past(PriorMap prior, const Covariance& covariance) {
   check_fits(prior);
+  const Index n = covariance.size();
   if (map_ == Map::kDense) {
     add_dense(prior, n);
     return left_.add(std::move(prior), true);
   }
   const Index r = prior.shared.cols();
-  left_.append(latest_.segment());
+  left_.append(latest_.segment(), covariance.all());
   const int frame = left_.add(std::move(prior));
   Segment segment{.starts = n,
                   .items = {{.number = frame, .size = static_cast<int>(r)}},
@@ -134,7 +135,7 @@ int KeptPast::add_past(PriorMap prior, Index n) {
                   .G = MatrixXd::Zero(n + r, n + r),
                   .g = VectorXd::Zero(n + r)};
   segment.G.bottomRightCorner(r, r).setIdentity();
-  left_.append(std::move(segment));
+  left_.append(std::move(segment), covariance.all());
   latest_.begin(n);
   return frame;
 }

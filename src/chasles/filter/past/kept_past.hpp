@@ -95,13 +95,13 @@ class KeptPast {
   void remember_pose(Time time, const SE3& map_T_imu, const Eigen::MatrixXd& d_core,
                      const Covariance& covariance);
 
-  /// Ekf::revive: the past landmarks are the last rows of a state with n rows so far.
+  /// Ekf::revive: the past landmarks are the last rows of a state with this covariance so far.
   void check_can_return(std::span<const int> numbers) const;
-  Carried revive(const std::vector<int>& numbers, Eigen::Index n);
+  Carried revive(const std::vector<int>& numbers, const Covariance& covariance);
   void bar_return(int number) { left_.bar_return(number); }
 
-  /// Ekf::add_past, with a state of n rows.
-  int add_past(PriorMap prior, Eigen::Index n);
+  /// Ekf::add_past, with a state of this covariance.
+  int add_past(PriorMap prior, const Covariance& covariance);
   /// Ekf::consider: the shared errors are further rows of the state.
   int consider(PriorMap prior);
   /// Landmarks of a considered map return, and one leaves.
@@ -119,7 +119,7 @@ class KeptPast {
 
  private:
   bool keeps_steps() const { return map_ == Map::kHistory; }
-  void end_segment_when_due(Eigen::Index n);
+  void end_segment_when_due(const Covariance& covariance);
   void check_fits(const PriorMap& prior) const;
   void add_dense(const PriorMap& prior, Eigen::Index n);
   void record(Measurements used, const ErrorRef& delta);

@@ -19,7 +19,7 @@ void KeptPast::propagate(const MatrixXd& F, const MatrixXd& Q, const Covariance&
     history_.keep_bound(covariance);
     history_.append(History::Propagation{.F = F, .Q = Q});
   }
-  if (map_ == Map::kPast) end_segment_when_due(covariance.size());
+  if (map_ == Map::kPast) end_segment_when_due(covariance);
   if (latest_.variables() == 0) return;
   auto of_core = latest_.Z().leftCols(F.cols());
   auto F_transposed = other_.take(F.cols(), F.rows());

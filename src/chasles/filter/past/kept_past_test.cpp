@@ -344,7 +344,7 @@ TEST(KeptPast, RejectsWhatItsModeDoesNotKeep) {
   EXPECT_THROW(frozen.check_can_return({}), UsageError);
   EXPECT_NO_THROW(past.check_can_return({}));
   EXPECT_THROW(past.check_can_return(std::array{0}), UsageError) << "nothing has left";
-  EXPECT_THROW(past.add_past({}, 6), UsageError) << "it does not recall";
+  EXPECT_THROW(past.add_past({}, covariance), UsageError) << "it does not recall";
   EXPECT_THROW(past.consider({}), UsageError);
 }
 

@@ -28,7 +28,7 @@ int Past::add(const Landmark& landmark) {
 }
 
 int Past::add(Time time, const SE3& map_T_imu) {
-  states_.emplace_back(PastPose{.time = time, .map_T_imu = map_T_imu});
+  states_.emplace_back(LeftPose{.time = time, .map_T_imu = map_T_imu});
   return static_cast<int>(states_.size()) - 1;
 }
 
@@ -89,12 +89,17 @@ Segment Past::of_recalled(const Segment& segment) const {
   return with_items(segment, recalled);
 }
 
-void Past::append(Segment segment) {
+void Past::append(Segment segment, const MatrixXd& end) {
   if (options_.recalls) {
     chain_.append(of_recalled(segment),
                   [&](int number) { return can_return(number) || is_frame(number); });
   }
-  if (options_.records) {
+  if (options_.records && !options_.recalls) {
+    run_.append(segment, end);
+    if (options_.most_bytes > 0 && run_.bytes() > options_.most_bytes) {
+      run_.give_up_older_half([&](const SmoothedState& one) { append_estimate(one, final_); });
+    }
+  } else if (options_.records) {
     recorded_bytes_ += segment.bytes();
     records_.push_back(std::make_shared<Recorded>(
         Recorded{.segment = std::move(segment), .revived = std::move(revived_)}));
@@ -200,10 +205,14 @@ void Past::note_left(int number) {
 }
 
 Past::Estimates Past::estimates(const Segment& latest) const {
+  Estimates result = final_;
+  if (!options_.recalls) {
+    run_.visit(latest, [&](const SmoothedState& one) { append_estimate(one, result); });
+    return result;
+  }
   std::vector<Stretch> stretches = recorded();
   stretches.push_back({&latest, &revived_});
-  Estimates result = final_;
-  append_estimates(smooth_segments(stretches), result);
+  for (const SmoothedState& one : smooth_segments(stretches)) append_estimate(one, result);
   return result;
 }
 
@@ -213,23 +222,23 @@ std::vector<Stretch> Past::recorded() const {
   return stretches;
 }
 
-void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const {
-  for (const SmoothedState& one : smoothed) {
-    std::visit(
-        Overloaded{[&](const PastLandmark& past) {
-                     if (past.has_returned) return;
-                     const Landmark& landmark = past.landmark;
-                     estimates.landmarks.push_back({.id = landmark.id,
-                                                    .p_world = landmark.p_world + one.correction,
-                                                    .covariance = one.covariance,
-                                                    .observations = landmark.observations});
-                   },
-                   [&](const PastPose& pose) {
-                     estimates.poses.push_back(corrected(pose, one.correction, one.covariance));
-                   },
-                   [&](const PriorMap& map) { append_prior(one, map, estimates); }},
-        states_[static_cast<std::size_t>(one.number)]);
-  }
+void Past::append_estimate(const SmoothedState& one, Estimates& estimates) const {
+  std::visit(
+      Overloaded{[&](const PastLandmark& past) {
+                   if (past.has_returned) return;
+                   const Landmark& landmark = past.landmark;
+                   estimates.landmarks.push_back({.id = landmark.id,
+                                                  .p_world = landmark.p_world + one.correction,
+                                                  .covariance = one.covariance,
+                                                  .observations = landmark.observations});
+                 },
+                 [&](const LeftPose& pose) {
+                   estimates.poses.push_back(
+                       corrected({.time = pose.time, .map_T_imu = pose.map_T_imu}, one.correction,
+                                 one.covariance));
+                 },
+                 [&](const PriorMap& map) { append_prior(one, map, estimates); }},
+      states_[static_cast<std::size_t>(one.number)]);
 }
 
 // The landmarks of a prior map that have never returned.
@@ -275,7 +284,7 @@ void Past::give_up_older_half() {
       return may_return(s.number) || is_frame(s.number);
     });
   }
-  append_estimates(smoothed, final_);
+  for (const SmoothedState& one : smoothed) append_estimate(one, final_);
   records_.erase(records_.begin(), middle);
   if (!options_.recalls) return;
   records_.insert(records_.begin(), std::make_shared<Recorded>(Recorded{
@@ -283,6 +292,6 @@ void Past::give_up_older_half() {
   recorded_bytes_ += records_.front()->segment.bytes();
 }
 
-std::size_t Past::bytes() const { return recorded_bytes_ + chain_.bytes(); }
+std::size_t Past::bytes() const { return recorded_bytes_ + chain_.bytes() + run_.bytes(); }
 
 }  // namespace chasles

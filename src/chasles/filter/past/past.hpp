@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -8,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/filter/past/condensed_run.hpp>
 #include <chasles/filter/past/fixed_interval.hpp>
 #include <chasles/filter/past/segment_chain.hpp>
 #include <chasles/filter/state.hpp>
@@ -52,12 +54,15 @@ class Past {
     bool recalls = false;  ///< landmarks can return into the state
     bool records = false;  ///< all segments are kept, for estimates of every past state
     /// Bound on the memory of those segments [bytes]; 0: none. Where it is reached, the poses that
-    /// left in their older half are final: later measurements no longer change them. So are the
+    /// left in the older half are final: later measurements no longer change them. So are the
     /// landmarks, unless they can return.
     std::size_t most_bytes = 0;
+    /// Without recalls: past states are condensed when one to two times as many segments have
+    /// ended.
+    int condensed_after = 10;
   };
 
-  explicit Past(Options options) : options_(options) {}
+  explicit Past(Options options) : options_(options), run_(options.condensed_after) {}
 
   /// A state leaves the filter. Returns its number; numbers rise from 0.
   int add(const Landmark& landmark);  ///< Cartesian, in the map's axes
@@ -70,8 +75,8 @@ class Past {
   /// This landmark does not return: recall() and revive() cost less with fewer that can.
   void bar_return(int number);
 
-  /// The filter's run since the last segment.
-  void append(Segment segment);
+  /// The filter's run since the last segment. `end`: covariance of the state at its end.
+  void append(Segment segment, const Eigen::MatrixXd& end);
 
   /// Whether it is a landmark of a prior map that has not yet returned.
   bool follows(int number) const { return frame_of(number).has_value(); }
@@ -116,6 +121,10 @@ class Past {
     bool has_returned = false;
     std::optional<int> frame = {};  ///< of the prior map from whose shared errors it follows
   };
+  struct LeftPose {
+    Time time{};
+    SE3 map_T_imu;
+  };
   struct Recorded {
     Segment segment;
     std::vector<int> revived;  ///< landmarks that are the last of its starts
@@ -130,13 +139,14 @@ class Past {
   void append_prior(const SmoothedState& shared, const PriorMap& map, Estimates& estimates) const;
   void give_up_older_half();
   std::vector<Stretch> recorded() const;
-  void append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const;
+  void append_estimate(const SmoothedState& smoothed, Estimates& estimates) const;
 
   Options options_;
   Estimates final_;
-  std::vector<std::variant<PastLandmark, PastPose, PriorMap>> states_;
-  SegmentChain chain_;                              ///< of landmarks and frames
-  std::vector<std::shared_ptr<Recorded>> records_;  ///< all segments; shared with copies
+  std::deque<std::variant<PastLandmark, LeftPose, PriorMap>> states_;
+  SegmentChain chain_;                              ///< of landmarks and frames, with recalls
+  CondensedRun run_;                                ///< of all states, without recalls
+  std::vector<std::shared_ptr<Recorded>> records_;  ///< all segments, with both; shared with copies
   std::vector<int> revived_;                        ///< since the last segment
   int landmarks_ = 0;
   std::size_t recorded_bytes_ = 0;

@@ -119,13 +119,14 @@ TEST(Past, ALandmarkThatReturnsIsOneThatNeverLeft) {
 }
 
 TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
-  const Case c{.chart = "right-sen3", .revives = false};
-  Wanderer whole(c, Ekf::Map::kPast);
-  for (int i = 0; i < 150; ++i) whole.step();
-  const std::size_t bound = whole.ekf().past().bytes() / 3;
-  Wanderer bounded(c, Ekf::Map::kPast, bound);
+  constexpr int kSteps = 300, kCondensedAfter = 1;
+  const Case c{.chart = "right-sen3", .revives = false, .recalls = false};
+  Wanderer whole(c, Ekf::Map::kPast, 0, kCondensedAfter);
+  for (int i = 0; i < kSteps; ++i) whole.step();
+  const std::size_t bound = whole.ekf().past().bytes() / 2;
+  Wanderer bounded(c, Ekf::Map::kPast, bound, kCondensedAfter);
   std::size_t most = 0;
-  for (int i = 0; i < 150; ++i) {
+  for (int i = 0; i < kSteps; ++i) {
     bounded.step();
     most = std::max(most, bounded.ekf().past().bytes());
   }
@@ -143,6 +144,36 @@ TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
   }
   EXPECT_GT(final, some.poses.size() / 4);
   EXPECT_LT(final, some.poses.size());
+}
+
+// States are condensed as soon as two more segments have ended.
+TEST(Past, CondensedStatesHaveTheEstimatesOfAll) {
+  constexpr double kTolerance = 1e-7;  // of the sigmas
+  for (const Case& c : test::wanderer_cases()) {
+    if (c.recalls) continue;
+    SCOPED_TRACE(test::name_of(c));
+    Wanderer filter(c, Ekf::Map::kPast, 0, 1), dense(c, Ekf::Map::kDense);
+    for (int i = 0; i < 100; ++i) {
+      filter.step();
+      dense.step();
+    }
+    const Past::Estimates some = filter.ekf().past().estimates(),
+                          all = dense.ekf().past().estimates();
+    ASSERT_EQ(some.poses.size(), all.poses.size());
+    for (std::size_t i = 0; i < all.poses.size(); ++i) {
+      const PastPose &one = some.poses[i], &other = all.poses[i];
+      EXPECT_EQ(one.time, other.time);
+      EXPECT_LT(test::distance(one.map_T_imu, other.map_T_imu), kTolerance);
+      EXPECT_LT(test::covariance_difference(one.covariance, other.covariance), kTolerance);
+    }
+    ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
+    for (std::size_t i = 0; i < all.landmarks.size(); ++i) {
+      const MapLandmark &one = some.landmarks[i], &other = all.landmarks[i];
+      ASSERT_EQ(one.id, other.id);
+      EXPECT_LT((one.p_world - other.p_world).norm(), kTolerance);
+      EXPECT_LT(test::covariance_difference(one.covariance, other.covariance), kTolerance);
+    }
+  }
 }
 
 // Landmarks that can return are not final: poses alone.
