@@ -151,7 +151,8 @@ SmoothedState CondensedRun::smoothed(const Step& step, std::size_t item, Index r
   const MatrixXd C = step.X.middleCols(step.starts + row, size).transpose();
   return {.number = step.items[item].number,
           .correction = step.g.segment(step.starts + row, size) + C * later.g,
-          .covariance = step.own.block(row, 0, size, size) + C * (later.G * C.transpose())};
+          .covariance =
+              step.own.block(row, 0, size, size) + dense::product(C, later.G) * C.transpose()};
 }
 
 // In front of those that left later.
