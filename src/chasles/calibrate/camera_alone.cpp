@@ -15,9 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The cost to a thousandth of a percent, which is far below that of the errors.
-constexpr SearchLimits kRough{.relative_decrease = 1e-5, .decrease = 0.1};
-
 // Views of one camera with a pose.
 std::vector<PosedView> posed(const Camera& camera, const std::vector<Vector3d>& corners,
                              const std::vector<const TargetView*>& views) {
@@ -56,7 +53,8 @@ std::vector<const TargetView*> pointers(const std::vector<PosedView>& views) {
 }
 
 Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vector3d>& corners,
-                      const std::vector<const TargetView*>& views, const std::string& of) {
+                      const std::vector<const TargetView*>& views, const std::string& of,
+                      const SearchLimits& limits) {
   camera.cam_T_imu = {};
   const std::vector<PosedView> inside = posed(camera, corners, views);
   if (inside.size() < kLeastViews) {
@@ -80,12 +78,13 @@ Solved searched_alone(Camera camera, const LensForm& lens, const std::vector<Vec
     const auto index = static_cast<std::size_t>(instant.views[0] - own.data());
     state.cam0_T_target.push_back(inside[index].cam_T_target);
   }
-  return solved(problem, layout, std::move(state), of, kRough);
+  return solved(problem, layout, std::move(state), of, limits);
 }
 
 AloneCamera calibrated_from(const Camera& first, const LensForm& lens,
                             const std::vector<Vector3d>& corners,
-                            const std::vector<const TargetView*>& views, const std::string& of) {
+                            const std::vector<const TargetView*>& views, const std::string& of,
+                            const SearchLimits& limits) {
   std::vector<PosedView> usable = posed(first, corners, views);
   if (usable.size() < kLeastViews) {
     throw InputError(fmt::format(
@@ -97,7 +96,7 @@ AloneCamera calibrated_from(const Camera& first, const LensForm& lens,
   std::optional<InputError> fault;
   for (const Camera& start : starts) {
     try {
-      Solved one = searched_alone(start, lens, corners, pointers(usable), of);
+      Solved one = searched_alone(start, lens, corners, pointers(usable), of, limits);
       if (!best || one.squares < best->squares) best = std::move(one);
     } catch (const InputError& error) {
       fault = error;
@@ -113,7 +112,8 @@ AloneCamera calibrated_from(const Camera& first, const LensForm& lens,
 
 AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
                              const std::vector<Vector3d>& corners,
-                             const std::vector<const TargetView*>& views, const std::string& of) {
+                             const std::vector<const TargetView*>& views, const std::string& of,
+                             const SearchLimits& limits) {
   if (views.size() < kLeastViews) {
     throw InputError(
         fmt::format("{}: found {} views of the target with {} corners or more, "
@@ -122,7 +122,7 @@ AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
   }
   if (first.fx > 0) {
     try {
-      return calibrated_from(first, lens, corners, views, of);
+      return calibrated_from(first, lens, corners, views, of, limits);
     } catch (const InputError&) {
       // A lens that is far off is worse than none.
     }
@@ -134,7 +134,7 @@ AloneCamera calibrated_alone(const Camera& first, const LensForm& lens,
                     "sizes right?",
                     of));
   }
-  return calibrated_from(*guess, lens, corners, views, of);
+  return calibrated_from(*guess, lens, corners, views, of, limits);
 }
 
 }  // namespace chasles::calibrate_detail

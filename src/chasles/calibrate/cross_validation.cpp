@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@ namespace {
 
 using calibrate_detail::calibrated_alone;
 using calibrate_detail::kLeastCorners;
+using calibrate_detail::kRough;
 
 constexpr int kPieces = 10;      // of which the halves take turns
 constexpr double kMissing = 10;  // error of a corner that has no pixel [px]
@@ -133,9 +135,9 @@ double held_out_rms(const CamerasInput& views, const LensForm& lens) {
   Squares squares;
   const std::vector<CamerasInput> halves = halves_of(views);
   for (std::size_t half = 0; half < 2; ++half) {
-    const Camera camera =
-        calibrated_alone(views.cameras[0], lens, views.corners, usable(halves[half].views), "cam0")
-            .camera;
+    const Camera camera = calibrated_alone(views.cameras[0], lens, views.corners,
+                                           usable(halves[half].views), "cam0", kRough)
+                              .camera;
     add_held_out({camera}, halves[1 - half], squares);
   }
   return squares.rms();
@@ -146,21 +148,26 @@ void give_up(LensTrial& trial, const InputError& error) {
   trial.held_out_rms = kNaN;
 }
 
-// Whether a camera has another lens than the one with which there was no calibration.
+// Whether a camera has another lens than the one with which there was no calibration: the one of
+// most parameters first.
 bool take_another_lens(CamerasInput& input, std::vector<std::optional<LensChoice>>& choices,
                        const InputError& error) {
-  std::optional<std::size_t> most;
+  std::vector<std::size_t> cameras;
   for (std::size_t c = 0; c < choices.size(); ++c) {
-    if (!choices[c]) continue;
-    if (!most || input.lenses[c].parameters() > input.lenses[*most].parameters()) most = c;
+    if (choices[c]) cameras.push_back(c);
   }
-  if (!most) return false;
-  LensChoice& choice = *choices[*most];
-  give_up(*std::ranges::find(choice.trials, choice.lens, &LensTrial::lens), error);
-  LensTrial* const next = preferred(choice.trials);
-  if (next == nullptr) return false;
-  choice.lens = input.lenses[*most] = next->lens;
-  return true;
+  std::ranges::stable_sort(cameras, std::greater{},
+                           [&](std::size_t c) { return input.lenses[c].parameters(); });
+  for (const std::size_t c : cameras) {
+    LensChoice without = *choices[c];
+    give_up(*std::ranges::find(without.trials, without.lens, &LensTrial::lens), error);
+    const LensTrial* const next = preferred(without.trials);
+    if (next == nullptr) continue;
+    without.lens = input.lenses[c] = next->lens;
+    choices[c] = std::move(without);
+    return true;
+  }
+  return false;
 }
 
 // The preferred lens that all views determine: halves may determine one that they do not together.
