@@ -72,12 +72,13 @@ TEST(CalibrateImuCameras, AFolderWithoutACalibrationIsEnough) {
   expect_part(slurp(folder / "out/kalibr/imu.yaml"), "0.00017");
   fs::copy(folder / "noise.yaml", folder / "rec/imu.yaml");
   const Outcome with_file = chasles(folder, command);
-  EXPECT_EQ(with_file.out, outcome.out) << with_file.err;
+  using nlohmann::json;  // the remarks of -o are about its files
+  EXPECT_EQ(json::parse(with_file.out).at("cameras"), json::parse(outcome.out).at("cameras"));
   Process live(folder, {"calibrate", "imu-cameras", (folder / "rec").string(), "--target",
                         (folder / "board.yaml").string(), "--lens", "radtan", "--json", "--live"});
   EXPECT_TRUE(live.shows("64 views")) << live.output();
   EXPECT_EQ(live.code_after(SIGINT), 0) << live.output();
-  EXPECT_TRUE(live.output().ends_with(outcome.out)) << live.output();
+  EXPECT_TRUE(live.output().ends_with(with_file.out)) << "the same bytes";
   fs::remove(folder / "rec/imu.csv");
   fs::remove(folder / "rec/imu.yaml");
   const Outcome images = chasles(folder, command);
