@@ -220,7 +220,8 @@ std::vector<std::optional<LensChoice>> choose_lenses(
   };
   std::vector<Task> tasks;
   for (std::size_t c = 0; c < cameras; ++c) {
-    if (from_nothing) input.cameras[c].fx = 0;
+    // The lens that is chosen is hardly the stated one, from which another may be a long way.
+    if (from_nothing || candidates[c].size() > 1) input.cameras[c].fx = 0;
     if (candidates[c].size() < 2) continue;
     choices[c].emplace();
     for (const LensForm& lens : candidates[c]) {

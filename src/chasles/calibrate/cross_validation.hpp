@@ -44,9 +44,9 @@ struct LensChoice {
 };
 
 /// Fills `input.lenses`: of each camera the only candidate, or the best of several, and says which
-/// were tried; none: there was one. `from_nothing`: the lens that a camera states is not used. The
-/// result does not depend on the number of threads. Throws InputError where no lens of a camera has
-/// a calibration.
+/// were tried; none: there was one. `from_nothing`: the lens that a camera states is not used; nor
+/// is it where there are several. The result does not depend on the number of threads. Throws
+/// InputError where no lens of a camera has a calibration.
 std::vector<std::optional<LensChoice>> choose_lenses(
     CamerasInput& input, const std::vector<std::vector<LensForm>>& candidates, bool from_nothing,
     int threads = 1);
