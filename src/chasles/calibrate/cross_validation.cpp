@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/base/constants.hpp>
 #include <chasles/base/error.hpp>
 #include <chasles/base/in_parallel.hpp>
 #include <chasles/calibrate/camera_alone_detail.hpp>
