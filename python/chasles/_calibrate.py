@@ -56,12 +56,12 @@ class CamerasCalibration:
 
     @property
     def report(self) -> dict[str, Any]:
-        """The content of cameras.json (docs/calibration.md), as a dictionary of the caller's own."""
+        """The content of cameras.json, or of imu-cameras.json (docs/calibration.md), as a dictionary of the caller's own."""
         return copy.deepcopy(self._report)
 
     @property
     def cameras(self) -> list[_core.Camera]:
-        """Their cam_T_imu is cam_T_cam0."""
+        """Without an IMU their cam_T_imu is cam_T_cam0; with one they have the readout time, too."""
         return list(self._cameras)
 
     @property

@@ -42,16 +42,6 @@ class ImuCamerasCalibration(CamerasCalibration):
         self._imu_correction = imu_correction
 
     @property
-    def report(self) -> dict[str, Any]:
-        """The content of imu-cameras.json (docs/calibration.md), as a dictionary of the caller's own."""
-        return copy.deepcopy(self._report)
-
-    @property
-    def cameras(self) -> list[_core.Camera]:
-        """With cam_T_imu and the readout time."""
-        return list(self._cameras)
-
-    @property
     def cam_T_imu(self) -> Array:
         """(cameras, 4, 4): maps coordinates of the IMU to each camera's [m]."""
         return numpy.array([camera.cam_T_imu for camera in self._cameras])

@@ -2,9 +2,11 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <Eigen/QR>
 
+#include <chasles/base/median.hpp>
 #include <chasles/calibrate/corner_loss.hpp>
 #include <chasles/calibrate/inertial_problem_detail.hpp>
 #include <chasles/imu/imu_buffer.hpp>
@@ -24,22 +26,40 @@ constexpr double kAccelerometerBiasSigma = 0.5, kGyroscopeBiasSigma = 0.1, kVelo
 constexpr double kScaleSigma = 0.005, kMisalignmentSigma = 0.002;
 constexpr double kOffsetSigma = 1, kReadoutSigma = 0.02;
 
-// The angular rate and its change while lines are read, on a line through the samples around them:
-// the noise of single ones would turn the lower lines of an image together.
-void fit_rate(const ImuBuffer& buffer, InertialInstant& instant) {
-  constexpr int kPoints = 9;
-  constexpr double kFrom = -0.01, kStep = 0.005;  // to 0.03 s, beyond a readout [s]
-  Eigen::Matrix<double, kPoints, 2> J;
-  Eigen::Matrix<double, kPoints, 3> rates;
-  for (int i = 0; i < kPoints; ++i) {
-    const double t = kFrom + kStep * i;
-    J.row(i) << 1, 2 * t;
-    rates.row(i) =
-        buffer.at(instant.time + from_seconds(t)).value_or(instant.sample).angular_rate_imu;
+constexpr double kAhead = 0.02;  // as long as a readout [s]
+
+// The root L of the covariance L L^T that the noise of single samples gives to an angular rate and
+// half of its change, by a sample now and one kAhead later.
+Eigen::Matrix2d rate_root(const std::vector<ImuSample>& imu, double noise_density) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    intervals.push_back(to_seconds(imu[i].time - imu[i - 1].time));
   }
-  const Eigen::Matrix<double, 2, 3> line = (J.transpose() * J).inverse() * J.transpose() * rates;
-  instant.sample.angular_rate_imu = line.row(0);
-  instant.rate_change = line.row(1);
+  const double sigma = noise_density / std::sqrt(median(std::move(intervals)));
+  Eigen::Matrix2d root;
+  root << sigma, 0, -sigma / (2 * kAhead), sigma / (2 * kAhead);
+  return root;
+}
+
+// Whitens residuals that have errors of unit variance in common besides, of which `by_common` is
+// the derivative: their covariance is 1 + B B^T. Returns by how much half of their squares falls.
+double whiten_common(const MatrixXd& by_common, MatrixXd& by_state, MatrixXd& by_border,
+                     VectorXd& r) {
+  const Eigen::Index n = by_common.cols();
+  const Eigen::HouseholderQR<MatrixXd> qr(by_common);
+  const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(by_common.rows(), n);
+  const MatrixXd U = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(U * U.transpose());
+  const VectorXd less = 1 - (1 + eigen.eigenvalues().array().max(0)).rsqrt();
+  const MatrixXd QV = Q * eigen.eigenvectors();
+  const auto whiten = [&](auto& rows) {
+    rows -= (QV * (less.asDiagonal() * (QV.transpose() * rows)).eval()).eval();
+  };
+  const double before = r.squaredNorm();
+  whiten(by_state);
+  whiten(by_border);
+  whiten(r);
+  return (before - r.squaredNorm()) / 2;
 }
 
 }  // namespace
@@ -82,10 +102,13 @@ void InertialProblem::make_links(const InertialRig& x, double gyroscope_factor,
   noise.gyroscope_random_walk *= gyroscope_factor;
   noise.accelerometer_noise_density *= accelerometer_factor;
   noise.accelerometer_random_walk *= accelerometer_factor;
+  rate_root_ = rate_root(input_.imu, noise.gyroscope_noise_density);
   links_.assign(instants_.size(), std::nullopt);
   for (std::size_t k = 0; k < instants_.size(); ++k) {
     instants_[k].sample = buffer.at(instants_[k].time).value();
-    fit_rate(buffer, instants_[k]);
+    const Time ahead = instants_[k].time + from_seconds(kAhead);
+    instants_[k].rate_change =
+        (buffer.at(ahead)->angular_rate_imu - instants_[k].sample.angular_rate_imu) / (2 * kAhead);
     if (k + 1 == instants_.size()) break;
     if (to_seconds(instants_[k + 1].time - instants_[k].time) > kLongestLink) continue;
     links_[k] = imu_link(buffer.between(instants_[k].time, instants_[k + 1].time),
@@ -200,6 +223,7 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
   const Matrix3d& R = x.states[k].world_T_imu.R;
   const auto rows = 2 * static_cast<Eigen::Index>(view.ids.size());
   MatrixXd by_state = MatrixXd::Zero(rows, 15), by_border(rows, border);
+  MatrixXd by_rates(rows, layout_.has_readout() ? 6 : 0);  // by its unit errors, and its change's
   VectorXd r(rows);
   for (std::size_t i = 0; i < view.ids.size(); ++i) {
     const InertialMotion motion(x.states[k], x, instants_[k], delay(x, k, view, view.pixels[i]));
@@ -235,6 +259,8 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
     by_border.block<2, 1>(row, lens + 6) = by_time;
     if (layout_.has_readout()) {
       by_border.block<2, 1>(row, lens + 7) = line_part(camera, view.pixels[i]) * by_time;
+      by_rates.block<2, 3>(row, 0) = (rate_root_(0, 0) + motion.delay * rate_root_(1, 0)) * by_rate;
+      by_rates.block<2, 3>(row, 3) = motion.delay * rate_root_(1, 1) * by_rate;
     }
     if (shape > 0) {
       by_border.block(row, of_camera + imu, 2, shape) =
@@ -243,6 +269,7 @@ bool InertialProblem::add_view(const InertialRig& x, std::size_t k, const Target
     r.segment<2>(row) = w.root_weight * error;
     result.cost += w.cost;
   }
+  if (layout_.has_readout()) result.cost -= whiten_common(by_rates, by_state, by_border, r);
   std::vector<int> columns = columns_from(layout_.lens_row(c), of_camera);
   for (int i = 0; i < imu; ++i) columns.push_back(layout_.imu_row() + i);
   for (int i = 0; i < shape; ++i) columns.push_back(layout_.shape_row() + i);

@@ -102,6 +102,8 @@ class InertialProblem {
   InertialLayout layout_;
   std::vector<InertialInstant> instants_;
   std::vector<std::optional<ImuLink>> links_;
+  /// Of the noise of InertialInstant's rate and rate_change, an axis.
+  Eigen::Matrix2d rate_root_ = Eigen::Matrix2d::Zero();
   double sigma_;
 };
 

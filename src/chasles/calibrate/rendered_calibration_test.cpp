@@ -185,9 +185,8 @@ TEST(RenderedCalibration, WithAnImuAndARollingShutterIsWrongByAsMuchAsItSays) {
     scores.add({inertial_errors(found, scene), found.covariance}, found.names);
   }
   scores.print("camera and IMU");
-  // Corners to 0.03 px show what the rates of single samples leave in the lines of an image.
-  EXPECT_LT(scores.nees(), 6);
-  EXPECT_GE(scores.within(), 0.9);
+  EXPECT_LT(scores.nees(), 3);
+  EXPECT_GE(scores.within(), 0.95);
 }
 
 }  // namespace
