@@ -75,7 +75,7 @@ InertialRig least_rig(InertialProblem& problem, InertialRig x, const InertialWei
   if (!found) throw InputError("a lens cannot have the corners where they were found");
   iterations += found->iterations;
   if (must_converge && !found->converged) {
-    throw InputError(fmt::format(
+    throw UndeterminedError(fmt::format(
         "the search did not converge in {} steps: the motion does not determine all parameters; "
         "expected quick turns about all three axes and quick shifts, with the target in view",
         iterations));
@@ -118,7 +118,8 @@ MatrixXd inertial_covariance(const InertialProblem& problem, const InertialLayou
   const std::optional<MatrixXd> information = linearised->equations.border_information();
   const Eigen::LLT<MatrixXd> factor(information.value_or(MatrixXd::Zero(1, 1)));
   if (!information || factor.info() != Eigen::Success) {
-    throw InputError("the motion does not determine all parameters: expected turns about all axes");
+    throw UndeterminedError(
+        "the motion does not determine all parameters: expected turns about all axes");
   }
   MatrixXd T = MatrixXd::Identity(layout.rows(), layout.rows());
   for (std::size_t c = 0; c < layout.cameras(); ++c) {
