@@ -1,5 +1,6 @@
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -37,20 +38,22 @@ template <int Lanes>
 struct FactorProducts {
   alignas(16) float sum[kFactors][kFactors][Lanes] = {};  // second index at most the first
 
-  FactorProducts(const Patch& patch, const float* image) {
+  FactorProducts(const Patch& patch, const std::int16_t* image) {
+    constexpr float kGrey = 1.0F / Patch::kUnit;
+    const auto mean = static_cast<float>(patch.mean);
     alignas(16) float f[kFactors][Lanes];
     for (int r = 0; r < patch.side; ++r) {
-      const int row = r * Patch::kLanes;
+      const int row = r * Lanes;
       const auto y = static_cast<float>(r - patch.side / 2);
       for (int c = 0; c < Lanes; ++c) {
-        const float T = patch.value[row + c], in = patch.inside[c];
-        f[kValue][c] = T;
+        const float in = c < patch.side ? 1.0F : 0.0F;
+        f[kValue][c] = kGrey * in * (patch.value[row + c] - mean);  // smaller: less round-off
         f[kOne][c] = in;
-        f[kGradientX][c] = patch.d_x[row + c] + in * patch.mean_x + patch.overlap_x * T;
-        f[kGradientY][c] = patch.d_y[row + c] + in * patch.mean_y + patch.overlap_y * T;
+        f[kGradientX][c] = kGrey * patch.d_x[row + c];
+        f[kGradientY][c] = kGrey * patch.d_y[row + c];
         f[kGradientXTimesY][c] = y * f[kGradientX][c];
         f[kGradientYTimesY][c] = y * f[kGradientY][c];
-        f[kImage][c] = in * (image[r * Lanes + c] - 128);  // smaller numbers have less round-off
+        f[kImage][c] = kGrey * image[row + c];
       }
       for (int i = 0; i < kFactors; ++i) {
         for (int j = 0; j <= i; ++j) {
@@ -79,8 +82,8 @@ std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLe
                                              const Eigen::Vector2f& centre) {
   constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of one pixel
   if (!inside(level, centre)) return std::nullopt;
-  alignas(16) float image[Patch::kMaxSide * Lanes];
-  sample_straight<Lanes>(level, centre, patch.side, image);
+  alignas(32) std::int16_t image[Patch::kMaxSide * Lanes];
+  sample_straight<Lanes>(level, centre, patch.side, patch.side, image);
   const FactorProducts<Lanes> products(patch, image);
   Eigen::Matrix<float, 8, 8> H = Eigen::Matrix<float, 8, 8>::Zero();
   Eigen::Matrix<float, 8, 1> b;

@@ -12,173 +12,142 @@ namespace {
 
 using namespace sampling;
 
-/// The sum of products of a patch's rows and others of `Stride` floats, lane by lane: strict
-/// floating point forbids reordering of one sum, but allows one sum per lane.
-template <int Lanes, int Stride = Patch::kLanes>
-float dot(const float* a, const float* b, int side) {
-  alignas(16) float sum[Lanes] = {};
-  for (int r = 0; r < side; ++r) {
-    for (int c = 0; c < Lanes; ++c) sum[c] += a[r * Patch::kLanes + c] * b[r * Stride + c];
-  }
-  float total = 0;
-  for (const float s : sum) total += s;
-  return total;
+/// part / 32768 of a difference of two pixels, rounded.
+std::int16_t fraction(int difference, std::int16_t part) {
+  return static_cast<std::int16_t>(((difference * part >> 14) + 1) >> 1);
 }
 
-/// Writes Scharr's derivatives and the values of the patch with its ring into the patch's rows.
+/// Writes the values of the patch with its ring, and Scharr's derivatives, into the patch's rows.
 template <int Lanes>
-void fill(const float* ringed, Patch& patch) {
-  constexpr int ring = Lanes + 4;
-  for (int c = 0; c < Lanes; ++c) patch.inside[c] = c < patch.side ? 1.0F : 0.0F;
+void fill(const std::int16_t* ringed, Patch& patch) {
+  constexpr int ring = Lanes + kRing;
+  constexpr std::int16_t kThree = 3072, kTen = 10240;  // of 32, in 1/32768
+  alignas(32) std::int16_t inside[Lanes];
+  for (int c = 0; c < Lanes; ++c) inside[c] = c < patch.side ? -1 : 0;
   for (int r = 0; r < patch.side; ++r) {
-    const float* p = ringed + (r + 1) * ring + 1;
-    const float *above = p - ring, *below = p + ring;
-    float* value = patch.value + r * Patch::kLanes;
-    float* d_x = patch.d_x + r * Patch::kLanes;
-    float* d_y = patch.d_y + r * Patch::kLanes;
+    const std::int16_t* p = ringed + (r + 1) * ring + 1;
+    const std::int16_t *above = p - ring, *below = p + ring;
+    std::int16_t* value = patch.value + r * Lanes;
+    std::int16_t* d_x = patch.d_x + r * Lanes;
+    std::int16_t* d_y = patch.d_y + r * Lanes;
     for (int c = 0; c < Lanes; ++c) {
-      const float inside = patch.inside[c];
-      value[c] = inside * p[c];
-      d_x[c] = inside * (1.0F / 32) *
-               (3 * (above[c + 1] - above[c - 1]) + 10 * (p[c + 1] - p[c - 1]) +
-                3 * (below[c + 1] - below[c - 1]));
-      d_y[c] = inside * (1.0F / 32) *
-               (3 * (below[c - 1] - above[c - 1]) + 10 * (below[c] - above[c]) +
-                3 * (below[c + 1] - above[c + 1]));
+      const auto right = static_cast<std::int16_t>(above[c + 1] + below[c + 1]);
+      const auto left = static_cast<std::int16_t>(above[c - 1] + below[c - 1]);
+      const auto lower = static_cast<std::int16_t>(below[c - 1] + below[c + 1]);
+      const auto upper = static_cast<std::int16_t>(above[c - 1] + above[c + 1]);
+      const auto sides_x = static_cast<std::int16_t>(right - left);
+      const auto sides_y = static_cast<std::int16_t>(lower - upper);
+      const auto middle_x = static_cast<std::int16_t>(p[c + 1] - p[c - 1]);
+      const auto middle_y = static_cast<std::int16_t>(below[c] - above[c]);
+      const auto x = static_cast<std::int16_t>(fraction(sides_x, kThree) + fraction(middle_x, kTen));
+      const auto y = static_cast<std::int16_t>(fraction(sides_y, kThree) + fraction(middle_y, kTen));
+      value[c] = static_cast<std::int16_t>(p[c] & inside[c]);
+      d_x[c] = static_cast<std::int16_t>(x & inside[c]);
+      d_y[c] = static_cast<std::int16_t>(y & inside[c]);
     }
   }
 }
 
+/// Sums over the patch and of its products.
+struct PatchSums {
+  int t = 0, x = 0, y = 0, tt = 0, tx = 0, ty = 0, xx = 0, xy = 0, yy = 0;
+};
+
 template <int Lanes>
-float mean(const float* rows, int side) {
-  alignas(16) float sum[Lanes] = {};
-  for (int r = 0; r < side; ++r) {
-    for (int c = 0; c < Lanes; ++c) sum[c] += rows[r * Patch::kLanes + c];
+PatchSums sums_of(const Patch& patch) {
+  PatchSums s;
+  for (int i = 0; i < patch.side * Lanes; ++i) {
+    const int t = patch.value[i], x = patch.d_x[i], y = patch.d_y[i];
+    s.t += t;
+    s.x += x;
+    s.y += y;
+    s.tt += t * t;
+    s.tx += t * x;
+    s.ty += t * y;
+    s.xx += x * x;
+    s.xy += x * y;
+    s.yy += y * y;
   }
-  float total = 0;
-  for (const float s : sum) total += s;
-  return total / static_cast<float>(side * side);
+  return s;
 }
 
-/// rows - mean - share * value, inside the patch.
-template <int Lanes>
-void reduce(const Patch& patch, float mean, float share, float* rows) {
-  for (int r = 0; r < patch.side; ++r) {
-    for (int c = 0; c < Lanes; ++c) {
-      const int i = r * Patch::kLanes + c;
-      rows[i] -= patch.inside[c] * (mean + share * patch.value[i]);
-    }
-  }
-}
-
-/// Normalises values and gradients as the struct defines; false without texture.
-template <int Lanes>
-bool orthogonalise(float min_gradient, Patch& patch) {
-  const int side = patch.side;
-  const auto pixels = static_cast<float>(side * side);
-  reduce<Lanes>(patch, mean<Lanes>(patch.value, side), 0, patch.value);
-  patch.energy = dot<Lanes>(patch.value, patch.value, side);
-  if (!(patch.energy > 0.1F * pixels)) return false;
-  patch.overlap_x = dot<Lanes>(patch.value, patch.d_x, side) / patch.energy;
-  patch.overlap_y = dot<Lanes>(patch.value, patch.d_y, side) / patch.energy;
-  patch.mean_x = mean<Lanes>(patch.d_x, side);
-  patch.mean_y = mean<Lanes>(patch.d_y, side);
-  reduce<Lanes>(patch, patch.mean_x, patch.overlap_x, patch.d_x);
-  reduce<Lanes>(patch, patch.mean_y, patch.overlap_y, patch.d_y);
-  Eigen::Matrix2f H;
-  H(0, 0) = dot<Lanes>(patch.d_x, patch.d_x, side);
-  H(1, 1) = dot<Lanes>(patch.d_y, patch.d_y, side);
-  H(0, 1) = H(1, 0) = dot<Lanes>(patch.d_x, patch.d_y, side);
-  const float half_trace = (H(0, 0) + H(1, 1)) / 2;
-  const float weakest =
-      half_trace - std::hypot((H(0, 0) - H(1, 1)) / 2, H(0, 1));  // the smaller eigenvalue
-  if (!(weakest >= std::max(min_gradient * min_gradient, 0.01F) * pixels)) return false;
+/// Eliminates gain and offset; false without texture.
+bool eliminate(const PatchSums& s, float min_gradient, Patch& patch) {
+  const double pixels = patch.side * patch.side;
+  const double least = pixels * Patch::kUnit * Patch::kUnit;  // of a grey level at each pixel
+  patch.mean = s.t / pixels;
+  patch.gradient = Eigen::Vector2d(s.x, s.y) / pixels;
+  patch.energy = s.tt - s.t * patch.mean;
+  if (!(patch.energy > 0.1 * least)) return false;
+  const Eigen::Vector2d along = Eigen::Vector2d(s.tx, s.ty) - s.t * patch.gradient;
+  patch.overlap = along / patch.energy;
+  const double xx = s.xx - s.x * patch.gradient.x() - along.x() * patch.overlap.x();
+  const double yy = s.yy - s.y * patch.gradient.y() - along.y() * patch.overlap.y();
+  const double xy = s.xy - s.x * patch.gradient.y() - along.x() * patch.overlap.y();
+  const double weakest =
+      (xx + yy) / 2 - std::sqrt((xx - yy) * (xx - yy) / 4 + xy * xy);  // the smaller eigenvalue
+  const double required = std::max(double{min_gradient} * double{min_gradient}, 0.01);
+  if (!(weakest >= required * least)) return false;
+  Eigen::Matrix2d H;
+  H << xx, xy, xy, yy;
   patch.inverse_hessian = H.inverse();
   return true;
 }
 
-/// Products of the image under the patch with the patch's rows, as needed for a step.
-struct Products {
-  float with_d_x = 0, with_d_y = 0, with_value = 0;
+/// Sums over the image under the patch, and of its products with the patch.
+struct ImageSums {
+  int j = 0, jj = 0, tj = 0, xj = 0, yj = 0;
 };
 
 template <int Lanes>
-Products products(const Patch& patch, const float* image) {
-  alignas(16) float x[Lanes] = {}, y[Lanes] = {}, t[Lanes] = {};
-  for (int r = 0; r < patch.side; ++r) {
-    const float* J = image + r * Lanes;
-    const int row = r * Patch::kLanes;
-    for (int c = 0; c < Lanes; ++c) {
-      x[c] += patch.d_x[row + c] * J[c];
-      y[c] += patch.d_y[row + c] * J[c];
-      t[c] += patch.value[row + c] * J[c];
-    }
+ImageSums sums_with(const Patch& patch, const std::int16_t* image) {
+  ImageSums s;
+  for (int i = 0; i < patch.side * Lanes; ++i) {
+    const int j = image[i];
+    s.j += j;
+    s.jj += j * j;
+    s.tj += patch.value[i] * j;
+    s.xj += patch.d_x[i] * j;
+    s.yj += patch.d_y[i] * j;
   }
-  Products result;
-  for (int c = 0; c < Lanes; ++c) {
-    result.with_d_x += x[c];
-    result.with_d_y += y[c];
-    result.with_value += t[c];
-  }
-  return result;
+  return s;
 }
 
-template <int Lanes>
-float correlation_of(const Patch& patch, const float* image, float with_value) {
-  alignas(16) float sums[Lanes] = {}, more[Lanes] = {};
-  for (int r = 0; r < patch.side; ++r) {
-    for (int c = 0; c < Lanes; ++c) {
-      const float J = image[r * Lanes + c] - 128;  // smaller squares have less round-off
-      sums[c] += patch.inside[c] * J;
-      more[c] += patch.inside[c] * J * J;
-    }
-  }
-  float total = 0, squares = 0;
-  for (int c = 0; c < Lanes; ++c) {
-    total += sums[c];
-    squares += more[c];
-  }
-  const auto pixels = static_cast<float>(patch.side * patch.side);
-  const float energy = squares - total * total / pixels;
-  if (!(energy > 0.1F * pixels)) return 0;
-  return std::clamp(with_value / std::sqrt(energy * patch.energy), -1.0F, 1.0F);
+/// The product of the image with the patch's values, without their means.
+double with_value(const Patch& patch, const ImageSums& s) { return s.tj - patch.mean * s.j; }
+
+float correlation_of(const Patch& patch, const ImageSums& s) {
+  const double pixels = patch.side * patch.side;
+  const double energy = s.jj - static_cast<double>(s.j) * s.j / pixels;
+  if (!(energy > 0.1 * pixels * Patch::kUnit * Patch::kUnit)) return 0;
+  const double normalised = with_value(patch, s) / std::sqrt(energy * patch.energy);
+  return static_cast<float>(std::clamp(normalised, -1.0, 1.0));
 }
 
-/// The region around a point; it is read again if the patch leaves the last one.
-template <int Lanes>
-void inspect(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
-             Region& region) {
-  const int x = at.x - half - region.x, y = at.y - half - region.y;
-  if (!first && x >= 0 && y >= 0 && x <= 2 * kSlack && y <= 2 * kSlack) return;
-  read_region<Lanes + 1 + 2 * kSlack>(level, at.x - half - kSlack, at.y - half - kSlack,
-                                      side + 1 + 2 * kSlack, region);
+/// One step of the search [px]: the patch lies so much further back.
+Eigen::Vector2d step_of(const Patch& patch, const ImageSums& s) {
+  const double value = with_value(patch, s);
+  const Eigen::Vector2d slope =
+      Eigen::Vector2d(s.xj, s.yj) - s.j * patch.gradient - value * patch.overlap;
+  const Eigen::Vector2d scaled = patch.inverse_hessian * slope;
+  // The gain is bounded away from 0, so that a bad start causes no large step.
+  const double gain = std::max(0.3, value / patch.energy - patch.overlap.dot(scaled));
+  return scaled / gain;
 }
 
 template <int Lanes>
 std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel& level,
                                          const Eigen::Vector2f& start, int max_steps,
                                          float precision) {
-  const int half = patch.side / 2;
-  Region region;
-  alignas(16) float image[Patch::kMaxSide * Lanes];
+  alignas(32) std::int16_t image[Patch::kMaxSide * Lanes];
   PatchPosition found{.centre = start};
   for (int step = 0;; ++step) {
     if (!inside(level, found.centre)) return std::nullopt;
-    const Bilinear at(found.centre);
-    inspect<Lanes>(level, at, half, patch.side, step == 0, region);
-    interpolate<Lanes>(region, at.x - half - region.x, at.y - half - region.y, at, patch.side,
-                       image);
-    const Products with = products<Lanes>(patch, image);
-    const Eigen::Vector2f scaled =
-        patch.inverse_hessian * Eigen::Vector2f(with.with_d_x, with.with_d_y);
-    // The gain is bounded away from 0, so that a bad start causes no large step.
-    const float gain =
-        std::max(0.3F, with.with_value / patch.energy - patch.overlap_x * scaled.x() -
-                           patch.overlap_y * scaled.y());
-    const Eigen::Vector2f move = scaled / gain;
-    const bool done = move.norm() < precision || step == max_steps;
-    if (done) {
-      found.correlation = correlation_of<Lanes>(patch, image, with.with_value);
+    sample_straight<Lanes>(level, found.centre, patch.side, patch.side, image);
+    const ImageSums sums = sums_with<Lanes>(patch, image);
+    const Eigen::Vector2f move = step_of(patch, sums).cast<float>();
+    if (move.norm() < precision || step == max_steps) {
+      found.correlation = correlation_of(patch, sums);
       return found;
     }
     found.centre -= move;
@@ -189,18 +158,18 @@ std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel&
 template <int Lanes>
 float correlation_lanes(const Patch& patch, const PyramidLevel& level,
                         const Eigen::Vector2f& centre) {
-  alignas(16) float image[Patch::kMaxSide * Lanes];
-  sample_straight<Lanes>(level, centre, patch.side, image);
-  return correlation_of<Lanes>(patch, image, dot<Lanes, Lanes>(patch.value, image, patch.side));
+  alignas(32) std::int16_t image[Patch::kMaxSide * Lanes];
+  sample_straight<Lanes>(level, centre, patch.side, patch.side, image);
+  return correlation_of(patch, sums_with<Lanes>(patch, image));
 }
 
 template <int Lanes>
 bool make_patch_lanes(const PyramidLevel& level, const Eigen::Vector2f& centre,
                       const PatchShape& shape, float min_gradient, Patch& patch) {
-  alignas(16) float ringed[(Patch::kMaxSide + 2) * (Lanes + 4)] = {};
-  sample<Lanes + 4>(level, centre, shape, patch.side + 2, ringed);
+  alignas(32) std::int16_t ringed[(Patch::kMaxSide + 2) * (Lanes + kRing)];
+  sample<Lanes + kRing>(level, centre, shape, patch.side + 2, ringed);
   fill<Lanes>(ringed, patch);
-  return orthogonalise<Lanes>(min_gradient, patch);
+  return eliminate(sums_of<Lanes>(patch), min_gradient, patch);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 
 #include <Eigen/Core>
@@ -24,23 +25,29 @@ struct PatchShape {
 /// A square patch of an image, prepared for the inverse compositional Lucas & Kanade method (Baker
 /// & Matthews, IJCV 2004). It estimates a shift under unknown gain and offset of the grey levels.
 ///
-/// The other image is J(p + o) = gain * T(o + p - p_true) + offset. The gradients are made
-/// orthogonal to T and to 1 once. Gain and offset then drop out of the normal equations, and a step
-/// needs three dot products of J with fixed patches.
+/// The other image is J(p + o) = gain * T(o + p - p_true) + offset. Gain and offset are eliminated
+/// from the normal equations once. A step then needs the sums of J and of its products with three
+/// fixed patches. Pixels are integers of 16 bits, and their sums are exact: the same numbers on
+/// every processor, in any order.
 struct Patch {
   static constexpr int kMaxSide = 23;
-  static constexpr int kLanes = 24;  ///< floats in a row; those beyond the side have weight 0
-  using Rows = float[kMaxSide * kLanes];
+  /// Steps of a grey level. Sums of kMaxSide^2 products of two pixels fit into 32 bits.
+  static constexpr int kUnit = 15;
+  static constexpr int kMaxLanes = 24;
+  using Pixels = std::int16_t[kMaxSide * kMaxLanes];
 
-  int side = 0;                        ///< [px], odd
-  alignas(16) float inside[kLanes];    ///< 1 up to the side, 0 beyond it
-  alignas(16) Rows value;              ///< T, without its mean
-  alignas(16) Rows d_x;                ///< dT/dx, orthogonal to T and 1
-  alignas(16) Rows d_y;                ///< dT/dy, likewise
-  float energy = 0;                    ///< sum of T squared
-  float overlap_x = 0, overlap_y = 0;  ///< component of the plain dT/dx, dT/dy along T
-  float mean_x = 0, mean_y = 0;        ///< of the plain dT/dx, dT/dy
-  Eigen::Matrix2f inverse_hessian;     ///< of the sum of squares, in the shift
+  /// Pixels in a row of a patch; those beyond its side are 0.
+  static constexpr int lanes(int side) { return side <= 16 ? 16 : kMaxLanes; }
+
+  int side = 0;               ///< [px], odd
+  alignas(32) Pixels value;   ///< T - 128 [grey levels / kUnit]
+  alignas(32) Pixels d_x;     ///< dT/dx [grey levels / kUnit / px]
+  alignas(32) Pixels d_y;     ///< dT/dy, likewise
+  double mean = 0;            ///< of `value`
+  double energy = 0;          ///< sum of (value - mean)^2
+  Eigen::Vector2d overlap;    ///< component of d_x, d_y along value - mean
+  Eigen::Vector2d gradient;   ///< means of d_x, d_y
+  Eigen::Matrix2d inverse_hessian;  ///< of the sum of squares, in the shift
 };
 
 /// Builds the patch of `side` x `side` pixels around `centre` (pixels of this level, inside the
