@@ -12,11 +12,6 @@ namespace {
 
 using namespace sampling;
 
-/// part / 32768 of a difference of two pixels, rounded.
-std::int16_t fraction(int difference, std::int16_t part) {
-  return static_cast<std::int16_t>(((difference * part >> 14) + 1) >> 1);
-}
-
 /// Writes the values of the patch with its ring, and Scharr's derivatives, into the patch's rows.
 template <int Lanes>
 void fill(const std::int16_t* ringed, Patch& patch) {
@@ -39,8 +34,8 @@ void fill(const std::int16_t* ringed, Patch& patch) {
       const auto sides_y = static_cast<std::int16_t>(lower - upper);
       const auto middle_x = static_cast<std::int16_t>(p[c + 1] - p[c - 1]);
       const auto middle_y = static_cast<std::int16_t>(below[c] - above[c]);
-      const auto x = static_cast<std::int16_t>(fraction(sides_x, kThree) + fraction(middle_x, kTen));
-      const auto y = static_cast<std::int16_t>(fraction(sides_y, kThree) + fraction(middle_y, kTen));
+      const auto x = static_cast<std::int16_t>(scaled(sides_x, kThree) + scaled(middle_x, kTen));
+      const auto y = static_cast<std::int16_t>(scaled(sides_y, kThree) + scaled(middle_y, kTen));
       value[c] = static_cast<std::int16_t>(p[c] & inside[c]);
       d_x[c] = static_cast<std::int16_t>(x & inside[c]);
       d_y[c] = static_cast<std::int16_t>(y & inside[c]);
@@ -135,15 +130,29 @@ Eigen::Vector2d step_of(const Patch& patch, const ImageSums& s) {
   return scaled / gain;
 }
 
+/// The region around a point; it is read again if the patch leaves the last one.
+template <int Lanes>
+void follow_region(const PyramidLevel& level, const Bilinear& at, int side, bool first,
+                   Region<Lanes>& region) {
+  const int x = at.x - side / 2 - region.x, y = at.y - side / 2 - region.y;
+  if (!first && x >= 0 && y >= 0 && x <= 2 * kSlack && y <= 2 * kSlack) return;
+  region.read(level, at.x - side / 2 - kSlack, at.y - side / 2 - kSlack, side + 1 + 2 * kSlack);
+}
+
 template <int Lanes>
 std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel& level,
                                          const Eigen::Vector2f& start, int max_steps,
                                          float precision) {
+  const int half = patch.side / 2;
+  Region<Lanes> region;
   alignas(32) std::int16_t image[Patch::kMaxSide * Lanes];
   PatchPosition found{.centre = start};
   for (int step = 0;; ++step) {
     if (!inside(level, found.centre)) return std::nullopt;
-    sample_straight<Lanes>(level, found.centre, patch.side, patch.side, image);
+    const Bilinear at(found.centre);
+    follow_region(level, at, patch.side, step == 0, region);
+    interpolate(region, at.x - half - region.x, at.y - half - region.y, at, patch.side, patch.side,
+                image);
     const ImageSums sums = sums_with<Lanes>(patch, image);
     const Eigen::Vector2f move = step_of(patch, sums).cast<float>();
     if (move.norm() < precision || step == max_steps) {

@@ -15,14 +15,41 @@
 /// Sampling of the pixels of a patch; included only by the files that sample patches.
 namespace chasles::sampling {
 
+/// Whole pixels that a patch may move before its region is read again.
+inline constexpr int kSlack = 2;
 /// Deformations below this at a patch's edge are neglected [px].
 inline constexpr float kMaxBend = 0.1F;
 inline constexpr float kMaxBow = 0.05F;
-/// Pixels in a row of a patch with its ring, for the derivatives.
+/// Pixels more than those of a patch in a row with its ring, for the derivatives.
 inline constexpr int kRing = 8;
 
-// Columns beyond the patch are read, too; those beyond the end of a row are the next row's.
-static_assert(Patch::kMaxSide / 2 + 1 + kRing < PyramidLevel::kPad);
+/// A pixel of an image as one of a patch.
+inline std::int16_t pixel_of(int grey) {
+  return static_cast<std::int16_t>((grey - 128) * Patch::kUnit);
+}
+
+/// A part of an image as pixels of patches, for rows of `Lanes` of them: read once for all steps of
+/// one alignment.
+template <int Lanes>
+struct Region {
+  static constexpr int kRow = Lanes + 8;
+  static_assert(1 + 2 * kSlack <= 8);
+  // Columns beyond the patch are read, too; those beyond the end of a row are the next row's.
+  static_assert(Patch::kMaxSide / 2 + 2 + kSlack + 8 < PyramidLevel::kPad + 8);
+
+  int x = 0, y = 0;  // of its first pixel in the image
+  alignas(32) std::int16_t value[(Patch::kMaxSide + 3 + 2 * kSlack) * kRow];
+
+  void read(const PyramidLevel& level, int at_x, int at_y, int rows) {
+    x = at_x;
+    y = at_y;
+    for (int r = 0; r < rows; ++r) {
+      const std::uint8_t* from = level.at(x, y + r);
+      std::int16_t* to = value + r * kRow;
+      for (int c = 0; c < kRow; ++c) to[c] = pixel_of(from[c]);
+    }
+  }
+};
 
 inline bool inside(const PyramidLevel& level, const Eigen::Vector2f& p) {
   return p.x() >= 0 && p.y() >= 0 && p.x() <= static_cast<float>(level.width - 1) &&
@@ -34,16 +61,14 @@ inline std::int16_t weight(float w) {
   return static_cast<std::int16_t>(std::min(static_cast<int>(w * 32768.0F + 0.5F), 32767));
 }
 
-/// a + w (b - a), rounded: one instruction multiplies and rounds (x86: pmulhrsw).
-inline std::int16_t blend(std::int16_t a, std::int16_t b, std::int16_t w) {
-  const auto difference = static_cast<std::int16_t>(b - a);
-  const auto part = static_cast<std::int16_t>(((difference * w >> 14) + 1) >> 1);
-  return static_cast<std::int16_t>(a + part);
+/// w a, rounded; w in 1/32768. One instruction multiplies and rounds (x86: pmulhrsw).
+inline std::int16_t scaled(std::int16_t a, std::int16_t w) {
+  return static_cast<std::int16_t>(((a * w >> 14) + 1) >> 1);
 }
 
-/// A pixel of an image as one of a patch.
-inline std::int16_t pixel_of(int grey) {
-  return static_cast<std::int16_t>((grey - 128) * Patch::kUnit);
+/// a + w (b - a), rounded.
+inline std::int16_t blend(std::int16_t a, std::int16_t b, std::int16_t w) {
+  return static_cast<std::int16_t>(a + scaled(static_cast<std::int16_t>(b - a), w));
 }
 
 /// Bilinear weights of the four pixels around a point, and the position of the first of them.
@@ -57,25 +82,35 @@ struct Bilinear {
   std::int16_t u, v;
 };
 
+/// rows x Lanes pixels of the region, from its pixel (x, y), shifted by the weights; those from
+/// `columns` on are 0.
+template <int Lanes>
+inline void interpolate(const Region<Lanes>& region, int x, int y, const Bilinear& at, int rows,
+                        int columns, std::int16_t* out) {
+  constexpr int row = Region<Lanes>::kRow;
+  alignas(32) std::int16_t above[Lanes], inside[Lanes];
+  for (int c = 0; c < Lanes; ++c) inside[c] = c < columns ? -1 : 0;
+  const std::int16_t* from = region.value + y * row + x;
+  for (int c = 0; c < Lanes; ++c) above[c] = blend(from[c], from[c + 1], at.u);
+  for (int r = 0; r < rows; ++r) {
+    from += row;
+    for (int c = 0; c < Lanes; ++c) {
+      const std::int16_t below = blend(from[c], from[c + 1], at.u);
+      out[r * Lanes + c] = static_cast<std::int16_t>(blend(above[c], below, at.v) & inside[c]);
+      above[c] = below;
+    }
+  }
+}
+
 /// The image at centre + o for all o of a square of `side` pixels, rows of `Lanes` pixels, those
 /// from `columns` on 0.
 template <int Lanes>
 inline void sample_straight(const PyramidLevel& level, const Eigen::Vector2f& centre, int side,
                             int columns, std::int16_t* out) {
   const Bilinear at(centre);
-  const std::uint8_t* from = level.at(at.x - side / 2, at.y - side / 2);
-  const int stride = level.stride();
-  alignas(32) std::int16_t above[Lanes], inside[Lanes];
-  for (int c = 0; c < Lanes; ++c) inside[c] = c < columns ? -1 : 0;
-  for (int c = 0; c < Lanes; ++c) above[c] = blend(pixel_of(from[c]), pixel_of(from[c + 1]), at.u);
-  for (int r = 0; r < side; ++r) {
-    from += stride;
-    for (int c = 0; c < Lanes; ++c) {
-      const std::int16_t below = blend(pixel_of(from[c]), pixel_of(from[c + 1]), at.u);
-      out[r * Lanes + c] = static_cast<std::int16_t>(blend(above[c], below, at.v) & inside[c]);
-      above[c] = below;
-    }
-  }
+  Region<Lanes> region;
+  region.read(level, at.x - side / 2, at.y - side / 2, side + 1);
+  interpolate(region, 0, 0, at, side, columns, out);
 }
 
 /// Two neighbouring pixels, the left one in the low byte: one load instead of two.
@@ -88,8 +123,9 @@ inline std::uint16_t two_pixels(const std::uint8_t* left) {
 }
 
 /// The image at centre + A o, and with `Bowed` + bow (o_x^2, o_x o_y, o_y^2), for all o of a square
-/// of `side` pixels, rows of `Lanes` pixels: the slow path. It uses three loops per row: a separate
-/// loop for the scalar loads lets the compiler vectorise the other two.
+/// of `side` pixels, rows of `Lanes` pixels: the slow path. A separate loop for the scalar loads
+/// lets the compiler vectorise the others; it runs over all rows, because a vector cannot be read
+/// soon after its elements were written.
 template <int Lanes, bool Bowed>
 inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre,
                         const PatchShape& shape, int side, std::int16_t* out) {
@@ -101,9 +137,10 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
   const Eigen::Matrix2f& A = shape.A;
   const float A_xx = A(0, 0), A_xy = A(0, 1), A_yx = A(1, 0), A_yy = A(1, 1);
   const std::uint8_t* first = level.padded.data();
-  alignas(32) int index[Lanes];
-  alignas(32) std::int16_t u[Lanes], v[Lanes];
-  alignas(32) std::uint16_t upper[Lanes] = {}, lower[Lanes] = {};
+  constexpr int most = (Patch::kMaxSide + 2) * Lanes;
+  alignas(32) int index[most];
+  alignas(32) std::int16_t u[most], v[most];
+  alignas(32) std::uint16_t upper[most] = {}, lower[most] = {};
   for (int r = 0; r < side; ++r) {
     const float o_y = static_cast<float>(r - half);
     float row_x = centre.x() + pad + A_xy * o_y, row_y = centre.y() + pad + A_yy * o_y;
@@ -124,20 +161,22 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
       const float x = std::min(std::max(at_x, 0.0F), x_end);
       const float y = std::min(std::max(at_y, 0.0F), y_end);
       const int i = static_cast<int>(x), j = static_cast<int>(y);
-      u[c] = weight(x - static_cast<float>(i));
-      v[c] = weight(y - static_cast<float>(j));
-      index[c] = j * stride + i;
+      u[r * Lanes + c] = weight(x - static_cast<float>(i));
+      v[r * Lanes + c] = weight(y - static_cast<float>(j));
+      index[r * Lanes + c] = j * stride + i;
     }
-    for (int c = 0; c < side; ++c) {
-      const std::uint8_t* above = first + index[c];
-      upper[c] = two_pixels(above);
-      lower[c] = two_pixels(above + stride);
+  }
+  for (int r = 0; r < side; ++r) {
+    for (int i = r * Lanes; i < r * Lanes + side; ++i) {
+      const std::uint8_t* above = first + index[i];
+      upper[i] = two_pixels(above);
+      lower[i] = two_pixels(above + stride);
     }
-    for (int c = 0; c < Lanes; ++c) {
-      const std::int16_t above = blend(pixel_of(upper[c] & 255), pixel_of(upper[c] >> 8), u[c]);
-      const std::int16_t below = blend(pixel_of(lower[c] & 255), pixel_of(lower[c] >> 8), u[c]);
-      out[r * Lanes + c] = blend(above, below, v[c]);
-    }
+  }
+  for (int i = 0; i < side * Lanes; ++i) {
+    const std::int16_t above = blend(pixel_of(upper[i] & 255), pixel_of(upper[i] >> 8), u[i]);
+    const std::int16_t below = blend(pixel_of(lower[i] & 255), pixel_of(lower[i] >> 8), u[i]);
+    out[i] = blend(above, below, v[i]);
   }
 }
 
