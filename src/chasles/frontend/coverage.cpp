@@ -99,8 +99,10 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
     std::erase_if(open, [&](std::size_t i) { return cells_[i].corners.empty(); });
     if (open.empty()) break;
     Cell& cell = cells_[*std::min_element(open.begin(), open.end(), emptier)];
-    const Eigen::Vector2d corner = refine_corner(image, cell.corners.back().pixel);
+    const Eigen::Vector2d found = cell.corners.back().pixel;
     cell.corners.pop_back();
+    if (!far_from_all(all, found, settings_.min_distance)) continue;
+    const Eigen::Vector2d corner = refine_corner(image, found);
     if (masked(mask, corner) || !far_from_all(all, corner, settings_.min_distance)) continue;
     all.push_back(corner);
     added.push_back(corner);

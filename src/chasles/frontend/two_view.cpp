@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include <chasles/base/vector_clones.hpp>
 #include <chasles/frontend/two_view.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
@@ -65,10 +66,77 @@ std::vector<RayPair> rotated(const std::vector<RayPair>& pairs, const Eigen::Mat
   return result;
 }
 
+/// Pairs of rays, component by component, for loops over vectors. Pairs that fill the last vector
+/// have no distance to any motion.
+struct RayColumns {
+  static constexpr std::size_t kLanes = 8;
+
+  explicit RayColumns(const std::vector<RayPair>& turned) {
+    const std::size_t count = (turned.size() + kLanes - 1) / kLanes * kLanes;
+    for (auto* column : {&r_x, &r_y, &r_z, &f_x, &f_y, &f_z, &along, &turned_squared}) {
+      column->assign(count, 0);
+    }
+    for (std::size_t i = 0; i < turned.size(); ++i) {
+      const Eigen::Vector3d &r = turned[i].last, &f = turned[i].now;
+      r_x[i] = r.x(), r_y[i] = r.y(), r_z[i] = r.z();
+      f_x[i] = f.x(), f_y[i] = f.y(), f_z[i] = f.z();
+      along[i] = (f - r).dot(r);
+      turned_squared[i] = (f - r).squaredNorm();
+    }
+  }
+  std::vector<double> r_x, r_y, r_z, f_x, f_y, f_z;
+  std::vector<double> along, turned_squared;  // f - r along r, and its squared length
+};
+
+/// Sums of truncated squared distances, for t_now and for -t_now.
+struct DirectionCosts {
+  double forward = 0, backward = 0;
+  double lower() const { return std::min(forward, backward); }
+};
+
+/// distances() of all pairs, squared. It ends where both sums have reached `enough`.
+CHASLES_VECTOR_CLONES
+DirectionCosts direction_costs(const RayColumns& rays, const Eigen::Vector3d& t, double limit,
+                               double enough) {
+  constexpr std::size_t kLanes = RayColumns::kLanes;
+  constexpr double kLeastSine = 1e-18;  // squared
+  const double t_x = t.x(), t_y = t.y(), t_z = t.z();
+  const double *r_x = rays.r_x.data(), *r_y = rays.r_y.data(), *r_z = rays.r_z.data();
+  const double *f_x = rays.f_x.data(), *f_y = rays.f_y.data(), *f_z = rays.f_z.data();
+  const double *along = rays.along.data(), *turned_squared = rays.turned_squared.data();
+  alignas(64) double forward[kLanes] = {}, backward[kLanes] = {};
+  DirectionCosts costs;
+  for (std::size_t first = 0; first < rays.r_x.size(); first += kLanes) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t i = first + lane;
+      const double n_x = t_y * r_z[i] - t_z * r_y[i], n_y = t_z * r_x[i] - t_x * r_z[i],
+                   n_z = t_x * r_y[i] - t_y * r_x[i];
+      const double sine = n_x * n_x + n_y * n_y + n_z * n_z;
+      const double off = f_x[i] * n_x + f_y[i] * n_y + f_z[i] * n_z;
+      const double t_r = t_x * r_x[i] + t_y * r_y[i] + t_z * r_z[i];
+      const double towards = t_x * f_x[i] + t_y * f_y[i] + t_z * f_z[i] - t_r - t_r * along[i];
+      const double turned = turned_squared[i] < limit ? turned_squared[i] : limit;
+      const double to_plane = sine > kLeastSine ? off * off / sine : turned;
+      const double plane = to_plane < limit ? to_plane : limit;
+      forward[lane] += towards > 0 ? plane : turned;
+      backward[lane] += towards > 0 ? turned : plane;
+    }
+    if (first % (4 * kLanes) != 0 && first + kLanes < rays.r_x.size()) continue;
+    costs = {};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      costs.forward += forward[lane];
+      costs.backward += backward[lane];
+    }
+    if (costs.lower() >= enough) break;
+  }
+  return costs;
+}
+
 /// The direction with the lowest sum of truncated squared distances.
 Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double threshold, int draws,
                                Samples& samples) {
   const double limit = threshold * threshold;
+  const RayColumns rays(turned);
   Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
   double best_cost = std::numeric_limits<double>::infinity();
   for (int i = 0; i < draws; ++i) {
@@ -78,16 +146,10 @@ Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double thresh
     const double norm = cross.norm();
     if (!(norm > 1e-14)) continue;
     const Eigen::Vector3d t = cross / norm;
-    double forward = 0, backward = 0;
-    for (const RayPair& pair : turned) {
-      const Distances d = distances(pair.last, pair.now, t);
-      forward += std::min(limit, d.forward * d.forward);
-      backward += std::min(limit, d.backward * d.backward);
-      if (std::min(forward, backward) >= best_cost) break;
-    }
-    if (std::min(forward, backward) >= best_cost) continue;
-    best_cost = std::min(forward, backward);
-    best = forward <= backward ? t : Eigen::Vector3d(-t);
+    const DirectionCosts costs = direction_costs(rays, t, limit, best_cost);
+    if (costs.lower() >= best_cost) continue;
+    best_cost = costs.lower();
+    best = costs.forward <= costs.backward ? t : Eigen::Vector3d(-t);
   }
   return best;
 }
@@ -142,10 +204,12 @@ void refine(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
   Vector5 b = Vector5::Zero();
   for (const RayPair& pair : pairs) {
     const Eigen::Vector3d r = motion.now_R_last * pair.last, &f = pair.now;
-    const double sine = t.cross(r).norm();
+    const Eigen::Vector3d normal = t.cross(r), move = f - r;
+    const double sine = normal.norm();
     if (sine < 0.02) continue;  // near the epipole every direction fits
-    const double residual = f.dot(t.cross(r)) / sine;
-    const double ratio = distances(r, f, t).forward / scale;
+    const double residual = f.dot(normal) / sine;
+    const bool towards = move.dot(t - t.dot(r) * r) > 0;
+    const double ratio = (towards ? residual : move.norm()) / scale;
     const double weight = 1 / (1 + ratio * ratio) / (noise * noise);
     const Eigen::Vector3d d_t = r.cross(f) / sine;
     Vector5 J;
