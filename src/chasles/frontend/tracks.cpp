@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <chasles/base/stage_clock.hpp>
@@ -65,9 +67,36 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   return kept->pixel;
 }
 
-/// The track in the new image; none if it ends, and the reason is counted.
+/// The motion beyond the rotation [px/s] near a pixel of the last image, by tracks that were
+/// followed: the mean of the nearest ones, weighted by their distance. Zero where there is none.
+Eigen::Vector2d drift_near(const Eigen::Vector2d& pixel, const std::vector<Pair>& followed) {
+  constexpr std::size_t kNeighbours = 4;
+  struct Neighbour {
+    double squared = std::numeric_limits<double>::infinity();  // distance [px^2]
+    Eigen::Vector2d drift = Eigen::Vector2d::Zero();
+  };
+  std::array<Neighbour, kNeighbours> nearest;  // the nearest first
+  for (const Pair& pair : followed) {
+    Neighbour next{.squared = (pair.last.pixel - pixel).squaredNorm(), .drift = pair.now.drift};
+    for (Neighbour& known : nearest) {
+      if (next.squared < known.squared) std::swap(next, known);
+    }
+  }
+  double weights = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Neighbour& n : nearest) {
+    const double weight = 1 / (1 + n.squared);
+    weights += weight;
+    sum += weight * n.drift;
+  }
+  return weights > 0 ? Eigen::Vector2d(sum / weights) : Eigen::Vector2d::Zero();
+}
+
+/// The track in the new image, `drift` [px/s] beyond the rotation expected; none if it ends, and
+/// the reason is counted.
 std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettings& settings,
-                                  const Track& last, FrontendReport& report) {
+                                  const Track& last, const Eigen::Vector2d& drift,
+                                  FrontendReport& report) {
   const auto turned =
       transfer(last.ray, 0, {step.now_R_last, Eigen::Vector3d::Zero()}, step.camera);
   if (!turned || !in_image(step.camera, turned->pixel)) {
@@ -76,7 +105,7 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   }
   const FollowSettings follow_settings = follow_settings_of(settings);
   Expectation expected{.from = last.pixel,
-                       .to = turned->pixel + last.drift * step.seconds,
+                       .to = turned->pixel + drift * step.seconds,
                        .to_A_from = turned->to_A_from,
                        .levels = step.trusted ? settings.predicted_levels : settings.levels};
   if (!in_image(step.camera, expected.to)) expected.to = turned->pixel;
@@ -188,9 +217,17 @@ void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
   StageClock clock;
   std::vector<Pair> pairs;
   pairs.reserve(tracks.size());
-  for (const Track& last : tracks) {
-    std::optional<Track> now = follow_track(step, settings, last, report);
+  const auto add = [&](const Track& last, const Eigen::Vector2d& drift) {
+    std::optional<Track> now = follow_track(step, settings, last, drift, report);
     if (now) pairs.push_back({.last = last, .now = std::move(*now)});
+  };
+  // New tracks are the last ones, and have no drift of their own yet.
+  for (const Track& last : tracks) {
+    if (last.age > 1) add(last, last.drift);
+  }
+  const std::vector<Pair> known = pairs;
+  for (const Track& last : tracks) {
+    if (last.age == 1) add(last, drift_near(last.pixel, known));
   }
   report.follow_seconds += clock.lap();
   if (settings.reject_outliers) reject_outliers(step, settings, pairs, report);
