@@ -1,9 +1,7 @@
-#include <array>
-#include <cstddef>
+#include <cmath>
 #include <cstdint>
-#include <utility>
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include <chasles/base/vector_clones.hpp>
 #include <chasles/frontend/deformation.hpp>
@@ -15,93 +13,107 @@ namespace {
 using namespace sampling;
 
 /// Model of the image under a patch with gain, offset, shift and bend: J = gain T + offset - gain
-/// (dT/dx, dT/dy) (shift + bend o), linear in eight unknowns. The factor of each unknown is one of
-/// these, for some multiplied by the pixel's x, which is the same in all rows.
-enum Factor { kValue, kOne, kGradientX, kGradientY, kGradientXTimesY, kGradientYTimesY, kImage };
-constexpr int kFactors = kImage + 1;
+/// (dT/dx, dT/dy) (shift + bend o), linear in eight unknowns.
+constexpr int kUnknowns = 8;
+constexpr int kFirstBend = 4;
+/// Factors of the bend, gradients times coordinates, are divided by this: the sums fit into 32 bits.
+constexpr int kDivisor = 16;
 
-struct Unknown {
-  Factor factor;
-  bool times_x = false;
-};
-constexpr std::array<Unknown, 8> kUnknowns{{{kValue},
-                                            {kOne},
-                                            {kGradientX},
-                                            {kGradientY},
-                                            {kGradientX, true},
-                                            {kGradientXTimesY},
-                                            {kGradientY, true},
-                                            {kGradientYTimesY}}};
-
-/// Sums over the rows of the products of two factors, lane by lane.
+/// The factors of the unknowns at the pixels of the patch, and the image as the last one.
 template <int Lanes>
-struct FactorProducts {
-  alignas(16) float sum[kFactors][kFactors][Lanes] = {};  // second index at most the first
+struct Factors {
+  alignas(32) std::int16_t of[kUnknowns + 1][Patch::kMaxSide * Lanes];
 
-  FactorProducts(const Patch& patch, const std::int16_t* image) {
-    constexpr float kGrey = 1.0F / Patch::kUnit;
-    const auto mean = static_cast<float>(patch.mean);
-    alignas(16) float f[kFactors][Lanes];
+  Factors(const Patch& patch, const std::int16_t* image) {
+    const int half = patch.side / 2;
+    alignas(32) std::int16_t inside[Lanes], x[Lanes];  // x in 32768 / kDivisor, for scaled()
+    const auto coordinate = [](int o) { return static_cast<std::int16_t>(o * (32768 / kDivisor)); };
+    for (int c = 0; c < Lanes; ++c) {
+      inside[c] = c < patch.side ? 1 : 0;
+      x[c] = c < patch.side ? coordinate(c - half) : 0;
+    }
     for (int r = 0; r < patch.side; ++r) {
-      const int row = r * Lanes;
-      const auto y = static_cast<float>(r - patch.side / 2);
+      const std::int16_t y = coordinate(r - half);
       for (int c = 0; c < Lanes; ++c) {
-        const float in = c < patch.side ? 1.0F : 0.0F;
-        f[kValue][c] = kGrey * in * (patch.value[row + c] - mean);  // smaller: less round-off
-        f[kOne][c] = in;
-        f[kGradientX][c] = kGrey * patch.d_x[row + c];
-        f[kGradientY][c] = kGrey * patch.d_y[row + c];
-        f[kGradientXTimesY][c] = y * f[kGradientX][c];
-        f[kGradientYTimesY][c] = y * f[kGradientY][c];
-        f[kImage][c] = kGrey * image[row + c];
-      }
-      for (int i = 0; i < kFactors; ++i) {
-        for (int j = 0; j <= i; ++j) {
-          for (int c = 0; c < Lanes; ++c) sum[i][j][c] += f[i][c] * f[j][c];
-        }
+        const int i = r * Lanes + c;
+        const std::int16_t d_x = patch.d_x[i], d_y = patch.d_y[i];
+        of[0][i] = patch.value[i];
+        of[1][i] = inside[c];
+        of[2][i] = d_x;
+        of[3][i] = d_y;
+        of[4][i] = scaled(d_x, x[c]);
+        of[5][i] = scaled(d_x, y);
+        of[6][i] = scaled(d_y, x[c]);
+        of[7][i] = scaled(d_y, y);
+        of[8][i] = image[i];
       }
     }
-  }
-
-  /// The sum over the patch of the products of two unknowns' factors.
-  float operator()(Unknown a, Unknown b, int side) const {
-    if (a.factor < b.factor) std::swap(a, b);
-    const int power = (a.times_x ? 1 : 0) + (b.times_x ? 1 : 0);
-    float total = 0;
-    for (int c = 0; c < side; ++c) {
-      const auto x = static_cast<float>(c - side / 2);
-      const float weight = power == 0 ? 1 : (power == 1 ? x : x * x);
-      total += weight * sum[a.factor][b.factor][c];
-    }
-    return total;
   }
 };
+
+int dot(const std::int16_t* a, const std::int16_t* b, int count) {
+  int sum = 0;
+  for (int i = 0; i < count; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+using Matrix8 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Vector8 = Eigen::Matrix<double, kUnknowns, 1>;
+
+/// Normal equations H x = b; the lower triangle of H.
+struct Normal {
+  Matrix8 H = Matrix8::Zero();
+  Vector8 b;
+};
+
+/// x by Cholesky's method; none if H is not positive definite.
+std::optional<Vector8> solution(Normal n) {
+  for (int j = 0; j < kUnknowns; ++j) {
+    double rest = n.H(j, j);
+    for (int k = 0; k < j; ++k) rest -= n.H(j, k) * n.H(j, k);
+    if (!(rest > 0)) return std::nullopt;
+    n.H(j, j) = std::sqrt(rest);
+    for (int i = j + 1; i < kUnknowns; ++i) {
+      double product = n.H(i, j);
+      for (int k = 0; k < j; ++k) product -= n.H(i, k) * n.H(j, k);
+      n.H(i, j) = product / n.H(j, j);
+    }
+  }
+  for (int i = 0; i < kUnknowns; ++i) {
+    for (int k = 0; k < i; ++k) n.b[i] -= n.H(i, k) * n.b[k];
+    n.b[i] /= n.H(i, i);
+  }
+  for (int i = kUnknowns - 1; i >= 0; --i) {
+    for (int k = i + 1; k < kUnknowns; ++k) n.b[i] -= n.H(k, i) * n.b[k];
+    n.b[i] /= n.H(i, i);
+  }
+  return n.b;
+}
 
 template <int Lanes>
 std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLevel& level,
                                              const Eigen::Vector2f& centre) {
-  constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of one pixel
+  constexpr double kBendSigma = 0.02, kGreySigma = 5;  // from image to image; of one pixel
+  constexpr double kLeastGain = 0.3;
   if (!inside(level, centre)) return std::nullopt;
   alignas(32) std::int16_t image[Patch::kMaxSide * Lanes];
   sample_straight<Lanes>(level, centre, patch.side, patch.side, image);
-  const FactorProducts<Lanes> products(patch, image);
-  Eigen::Matrix<float, 8, 8> H = Eigen::Matrix<float, 8, 8>::Zero();
-  Eigen::Matrix<float, 8, 1> b;
-  for (std::size_t i = 0; i < kUnknowns.size(); ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      H(static_cast<int>(i), static_cast<int>(j)) =
-          products(kUnknowns[i], kUnknowns[j], patch.side);
-    }
-    b(static_cast<int>(i)) = products(kUnknowns[i], {kImage}, patch.side);
+  const Factors<Lanes> factors(patch, image);
+  const int count = patch.side * Lanes;
+  Normal normal;
+  for (int i = 0; i < kUnknowns; ++i) {
+    for (int j = 0; j <= i; ++j) normal.H(i, j) = dot(factors.of[i], factors.of[j], count);
+    normal.b[i] = dot(factors.of[i], factors.of[kUnknowns], count);
   }
-  H.diagonal().tail<4>().array() += kGreySigma * kGreySigma / (kBendSigma * kBendSigma);
-  const Eigen::Matrix<float, 8, 1> fit = H.selfadjointView<Eigen::Lower>().ldlt().solve(b);
-  const float gain = fit(0);
-  if (!fit.allFinite() || gain < 0.3F) return std::nullopt;
+  constexpr double kPrior = Patch::kUnit * kGreySigma / (kBendSigma * kDivisor);
+  normal.H.diagonal().tail<kUnknowns - kFirstBend>().array() += kPrior * kPrior;
+  const std::optional<Vector8> fit = solution(normal);
+  if (!fit || !((*fit)[0] >= kLeastGain)) return std::nullopt;
+  const Eigen::Matrix<float, kUnknowns, 1> parts = (-*fit / (*fit)[0]).cast<float>();
   Deformation result;
-  result.shift = -fit.segment<2>(2) / gain;
-  result.bend << -fit(4), -fit(5), -fit(6), -fit(7);
-  result.bend /= gain;
+  result.shift = parts.segment<2>(2);
+  result.bend << parts[4], parts[5], parts[6], parts[7];
+  result.bend /= static_cast<float>(kDivisor);
   return result;
 }
 

@@ -122,61 +122,101 @@ inline std::uint16_t two_pixels(const std::uint8_t* left) {
              : static_cast<std::uint16_t>(both >> 8 | (both & 255) << 8);
 }
 
-/// The image at centre + A o, and with `Bowed` + bow (o_x^2, o_x o_y, o_y^2), for all o of a square
-/// of `side` pixels, rows of `Lanes` pixels: the slow path. A separate loop for the scalar loads
-/// lets the compiler vectorise the others; it runs over all rows, because a vector cannot be read
-/// soon after its elements were written.
-template <int Lanes, bool Bowed>
-inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                        const PatchShape& shape, int side, std::int16_t* out) {
+/// Where the pixels of a bent patch are in the padded image, row by row of `Lanes`: the upper left of
+/// the four neighbours, and the weights of the others.
+template <int Lanes>
+struct Places {
+  static constexpr int kMost = (Patch::kMaxSide + 2) * Lanes;
+  alignas(32) std::int32_t index[kMost];
+  alignas(32) std::int16_t u[kMost], v[kMost];
+};
+
+/// Pixel coordinates in 1/65536: a whole part, and a weight.
+inline constexpr float kFixed = 65536;
+
+/// Of centre + A o, all in the padded image.
+template <int Lanes>
+inline void place_affine(const PyramidLevel& level, const Eigen::Vector2f& centre,
+                         const Eigen::Matrix2f& A, int side, Places<Lanes>& places) {
+  const Eigen::Vector2f first = centre.array() + static_cast<float>(PyramidLevel::kPad);
+  const Eigen::Matrix2f steps = kFixed * A;
+  const auto whole = [](float x) { return static_cast<std::int32_t>(std::lrint(x)); };
+  const std::int32_t x_by_x = whole(steps(0, 0)), x_by_y = whole(steps(0, 1));
+  const std::int32_t y_by_x = whole(steps(1, 0)), y_by_y = whole(steps(1, 1));
+  const std::int32_t x_0 = whole(kFixed * first.x()), y_0 = whole(kFixed * first.y());
+  const int half = side / 2, stride = level.stride();
+  for (int r = 0; r < side; ++r) {
+    const std::int32_t row_x = x_0 + (r - half) * x_by_y, row_y = y_0 + (r - half) * y_by_y;
+    for (int c = 0; c < Lanes; ++c) {
+      const std::int32_t x = row_x + (c - half) * x_by_x, y = row_y + (c - half) * y_by_x;
+      places.u[r * Lanes + c] = static_cast<std::int16_t>(x >> 1 & 0x7fff);
+      places.v[r * Lanes + c] = static_cast<std::int16_t>(y >> 1 & 0x7fff);
+      places.index[r * Lanes + c] = (y >> 16) * stride + (x >> 16);
+    }
+  }
+}
+
+/// Of centre + A o + bow (o_x^2, o_x o_y, o_y^2), at the nearest pixel of the padded image where
+/// that is outside it.
+template <int Lanes>
+inline void place_bowed(const PyramidLevel& level, const Eigen::Vector2f& centre,
+                        const PatchShape& shape, int side, Places<Lanes>& places) {
   // Coordinates in the padded image are positive, so that a cast rounds down.
   constexpr auto pad = static_cast<float>(PyramidLevel::kPad);
   const float x_end = static_cast<float>(level.width) + 2 * pad - 1.01F;
   const float y_end = static_cast<float>(level.height) + 2 * pad - 1.01F;
   const int half = side / 2, stride = level.stride();
   const Eigen::Matrix2f& A = shape.A;
-  const float A_xx = A(0, 0), A_xy = A(0, 1), A_yx = A(1, 0), A_yy = A(1, 1);
-  const std::uint8_t* first = level.padded.data();
-  constexpr int most = (Patch::kMaxSide + 2) * Lanes;
-  alignas(32) int index[most];
-  alignas(32) std::int16_t u[most], v[most];
-  alignas(32) std::uint16_t upper[most] = {}, lower[most] = {};
   for (int r = 0; r < side; ++r) {
     const float o_y = static_cast<float>(r - half);
-    float row_x = centre.x() + pad + A_xy * o_y, row_y = centre.y() + pad + A_yy * o_y;
-    float by_x = A_xx, by_y = A_yx;  // of o_x in this row
-    if constexpr (Bowed) {
-      row_x += shape.bow(0, 2) * o_y * o_y;
-      row_y += shape.bow(1, 2) * o_y * o_y;
-      by_x += shape.bow(0, 1) * o_y;
-      by_y += shape.bow(1, 1) * o_y;
-    }
+    const float row_x = centre.x() + pad + (A(0, 1) + shape.bow(0, 2) * o_y) * o_y;
+    const float row_y = centre.y() + pad + (A(1, 1) + shape.bow(1, 2) * o_y) * o_y;
+    const float by_x = A(0, 0) + shape.bow(0, 1) * o_y, by_y = A(1, 0) + shape.bow(1, 1) * o_y;
+    const float bow_x = shape.bow(0, 0), bow_y = shape.bow(1, 0);
     for (int c = 0; c < Lanes; ++c) {
       const float o_x = static_cast<float>(c - half);
-      float at_x = row_x + by_x * o_x, at_y = row_y + by_y * o_x;
-      if constexpr (Bowed) {
-        at_x += shape.bow(0, 0) * o_x * o_x;
-        at_y += shape.bow(1, 0) * o_x * o_x;
-      }
+      const float at_x = row_x + (by_x + bow_x * o_x) * o_x;
+      const float at_y = row_y + (by_y + bow_y * o_x) * o_x;
       const float x = std::min(std::max(at_x, 0.0F), x_end);
       const float y = std::min(std::max(at_y, 0.0F), y_end);
       const int i = static_cast<int>(x), j = static_cast<int>(y);
-      u[r * Lanes + c] = weight(x - static_cast<float>(i));
-      v[r * Lanes + c] = weight(y - static_cast<float>(j));
-      index[r * Lanes + c] = j * stride + i;
+      places.u[r * Lanes + c] = weight(x - static_cast<float>(i));
+      places.v[r * Lanes + c] = weight(y - static_cast<float>(j));
+      places.index[r * Lanes + c] = j * stride + i;
     }
   }
-  for (int r = 0; r < side; ++r) {
-    for (int i = r * Lanes; i < r * Lanes + side; ++i) {
-      const std::uint8_t* above = first + index[i];
-      upper[i] = two_pixels(above);
-      lower[i] = two_pixels(above + stride);
-    }
+}
+
+/// Whether A maps a square of `Lanes` pixels and more around the centre into the padded image.
+template <int Lanes>
+inline bool maps_inside(const PyramidLevel& level, const Eigen::Vector2f& centre,
+                        const Eigen::Matrix2f& A) {
+  const Eigen::Vector2f reach = A.cwiseAbs().rowwise().sum() * static_cast<float>(Lanes);
+  constexpr auto pad = static_cast<float>(PyramidLevel::kPad) - 2;
+  return centre.x() - reach.x() > -pad && centre.y() - reach.y() > -pad &&
+         centre.x() + reach.x() < static_cast<float>(level.width) + pad &&
+         centre.y() + reach.y() < static_cast<float>(level.height) + pad;
+}
+
+/// The image at these places, rows of `Lanes` pixels. A separate loop for the scalar loads lets the
+/// compiler vectorise the other one; it runs over all rows, because a vector cannot be read soon
+/// after its elements were written.
+template <int Lanes>
+inline void sample_at(const PyramidLevel& level, const Places<Lanes>& places, int side,
+                      std::int16_t* out) {
+  const std::uint8_t* first = level.padded.data();
+  const int stride = level.stride();
+  alignas(32) std::uint16_t upper[Places<Lanes>::kMost], lower[Places<Lanes>::kMost];
+  for (int i = 0; i < side * Lanes; ++i) {
+    const std::uint8_t* above = first + places.index[i];
+    upper[i] = two_pixels(above);
+    lower[i] = two_pixels(above + stride);
   }
   for (int i = 0; i < side * Lanes; ++i) {
-    const std::int16_t above = blend(pixel_of(upper[i] & 255), pixel_of(upper[i] >> 8), u[i]);
-    const std::int16_t below = blend(pixel_of(lower[i] & 255), pixel_of(lower[i] >> 8), u[i]);
-    out[i] = blend(above, below, v[i]);
+    const std::int16_t u = places.u[i];
+    const std::int16_t above = blend(pixel_of(upper[i] & 255), pixel_of(upper[i] >> 8), u);
+    const std::int16_t below = blend(pixel_of(lower[i] & 255), pixel_of(lower[i] >> 8), u);
+    out[i] = blend(above, below, places.v[i]);
   }
 }
 
@@ -187,13 +227,17 @@ inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
                    const PatchShape& shape, int side, std::int16_t* out) {
   const float bend = (shape.A - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff();
   const auto edge = static_cast<float>(side / 2);
-  if (shape.bow.cwiseAbs().maxCoeff() * edge * edge > kMaxBow) {
-    sample_bent<Lanes, true>(level, centre, shape, side, out);
-  } else if (bend * edge > kMaxBend) {
-    sample_bent<Lanes, false>(level, centre, shape, side, out);
-  } else {
-    sample_straight<Lanes>(level, centre, side, Lanes, out);
+  const bool bowed = shape.bow.cwiseAbs().maxCoeff() * edge * edge > kMaxBow;
+  if (!bowed && bend * edge <= kMaxBend) {
+    return sample_straight<Lanes>(level, centre, side, Lanes, out);
   }
+  Places<Lanes> places;
+  if (!bowed && maps_inside<Lanes>(level, centre, shape.A)) {
+    place_affine(level, centre, shape.A, side, places);
+  } else {
+    place_bowed(level, centre, shape, side, places);
+  }
+  sample_at(level, places, side, out);
 }
 
 }  // namespace chasles::sampling

@@ -16,8 +16,8 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kMinPairs = 8;
-constexpr int kSamples = 60;  // with 30 % outliers, all samples are bad with probability 1e-17
-constexpr int kRotationSamples = 60, kPoseSamples = 80;
+// At most; with 30 % outliers, all 60 are bad with probability 1e-17.
+constexpr int kSamples = 60, kRotationSamples = 60, kPoseSamples = 80;
 constexpr double kMinAgreement = 0.3;      // of the pairs, for a decision
 constexpr double kSuspectAgreement = 0.5;  // below it, a trusted rotation is suspect
 constexpr double kTrustedSigma = 5e-3, kGuessSigma = 0.1;  // of the prior rotation [rad]
@@ -43,6 +43,17 @@ class Samples {
 
   std::uint64_t state_;
 };
+
+/// Samples of `size` pairs after which, with probability 1 - 1e-9, one of them had only inliers.
+/// `cost` is a sum of truncated distances of `count` pairs: each outlier has `limit`, so that the
+/// share of the inliers is at least what it leaves.
+int samples_needed(double cost, double limit, std::size_t count, int size) {
+  const double inliers = 1 - cost / (limit * static_cast<double>(count));
+  const double good = std::pow(std::max(inliers, 0.0), size);
+  if (!(good > 1e-6)) return std::numeric_limits<int>::max();
+  if (!(good < 1 - 1e-9)) return 1;
+  return static_cast<int>(std::ceil(std::log(1e-9) / std::log1p(-good)));
+}
 
 /// Both distances of a ray, for t_now and for -t_now.
 struct Distances {
@@ -139,7 +150,8 @@ Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double thresh
   const RayColumns rays(turned);
   Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
   double best_cost = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < draws; ++i) {
+  int enough = draws;
+  for (int i = 0; i < std::min(draws, enough); ++i) {
     const auto [a, b] = samples.draw(turned.size());
     const Eigen::Vector3d cross =
         turned[a].last.cross(turned[a].now).cross(turned[b].last.cross(turned[b].now));
@@ -149,6 +161,7 @@ Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double thresh
     const DirectionCosts costs = direction_costs(rays, t, limit, best_cost);
     if (costs.lower() >= best_cost) continue;
     best_cost = costs.lower();
+    enough = samples_needed(best_cost, limit, turned.size(), 2);
     best = costs.forward <= costs.backward ? t : Eigen::Vector3d(-t);
   }
   return best;
@@ -238,6 +251,8 @@ double cost_of(const std::vector<RayPair>& pairs, const TwoView& motion, double 
   return sum;
 }
 
+constexpr int kSampledTwice = 3;  // draws of two pairs
+
 /// Without a gyroscope, parallax biases the best pure rotation. Starting from it, samples of six
 /// pairs are solved for rotation and direction together. The motion with the most support is kept.
 void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, Samples& samples,
@@ -245,9 +260,11 @@ void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, S
   const Eigen::Matrix3d R_start = motion.now_R_last;
   double best_cost = cost_of(pairs, motion, prior.threshold);
   TwoView best = motion;
-  for (int i = 0; i < kPoseSamples; ++i) {
+  const double limit = prior.threshold * prior.threshold;
+  int enough = samples_needed(best_cost, limit, pairs.size(), 2 * kSampledTwice);
+  for (int i = 0; i < std::min(kPoseSamples, enough); ++i) {
     std::vector<RayPair> some;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < kSampledTwice; ++k) {
       const auto [a, b] = samples.draw(pairs.size());
       some.insert(some.end(), {pairs[a], pairs[b]});
     }
@@ -259,6 +276,7 @@ void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, S
     const double cost = cost_of(pairs, trial, prior.threshold);
     if (cost >= best_cost) continue;
     best_cost = cost;
+    enough = samples_needed(best_cost, limit, pairs.size(), 2 * kSampledTwice);
     best = trial;
   }
   motion = best;
