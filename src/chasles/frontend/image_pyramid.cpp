@@ -56,29 +56,42 @@ void copy_equalised(const GrayImage& image, Equalisation equalisation, PyramidLe
   }
 }
 
+std::uint16_t weighted(int a, int b, int c, int d, int e) {
+  return static_cast<std::uint16_t>(a + 4 * (b + d) + 6 * c + e);
+}
+
+// Sums of a row and its neighbours. The qualifiers exclude aliasing, so that the compiler vectorises
+// the loops.
+void sum_down(const std::uint8_t* __restrict row, std::ptrdiff_t down, std::size_t columns,
+              std::uint16_t* __restrict sums) {
+  const std::uint8_t *above = row - down, *below = row + down;
+  for (std::size_t x = 0; x < columns; ++x) {
+    sums[x] = weighted(above[static_cast<std::ptrdiff_t>(x) - down], above[x], row[x], below[x],
+                       below[static_cast<std::ptrdiff_t>(x) + down]);
+  }
+}
+
+// Every second sum of a row of sums, rounded.
+void sum_along(const std::uint16_t* __restrict sums, std::size_t columns,
+               std::uint8_t* __restrict out) {
+  for (std::size_t x = 0; x < columns; ++x) {
+    const std::uint16_t* s = sums + 2 * x;
+    const std::uint16_t sum = weighted(s[0], s[1], s[2], s[3], s[4]);
+    out[x] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(sum + 128) >> 8);
+  }
+}
+
 // The weights (1 4 6 4 1) / 16 in both directions, at every second pixel (Burt and Adelson, 1983),
 // rounded: in integers of 16 bits, of which the largest sum leaves 127. At the edges it reads the
 // padding.
 CHASLES_VECTOR_CLONES
 void halve(const PyramidLevel& fine, PyramidLevel& coarse, std::vector<std::uint16_t>& sums) {
-  const auto weighted = [](int a, int b, int c, int d, int e) {
-    return static_cast<std::uint16_t>(a + 4 * (b + d) + 6 * c + e);
-  };
-  const int columns = 2 * coarse.width + 3;
-  sums.resize(static_cast<std::size_t>(columns));
-  std::uint16_t* const sum = sums.data();
+  const auto width = static_cast<std::size_t>(coarse.width);
+  const std::size_t columns = 2 * width + 3;
+  sums.resize(columns);
   for (int y = 0; y < coarse.height; ++y) {
-    const std::uint8_t* const row = fine.at(-2, 2 * y);
-    const std::ptrdiff_t down = fine.stride();
-    for (int x = 0; x < columns; ++x) {
-      sum[x] = weighted(row[x - 2 * down], row[x - down], row[x], row[x + down], row[x + 2 * down]);
-    }
-    std::uint8_t* const out = row_of(coarse, y);
-    for (int x = 0; x < coarse.width; ++x) {
-      const std::uint16_t* s = sum + 2 * x;
-      out[x] = static_cast<std::uint8_t>(
-          static_cast<std::uint16_t>(weighted(s[0], s[1], s[2], s[3], s[4]) + 128) >> 8);
-    }
+    sum_down(fine.at(-2, 2 * y), fine.stride(), columns, sums.data());
+    sum_along(sums.data(), width, row_of(coarse, y));
   }
 }
 
