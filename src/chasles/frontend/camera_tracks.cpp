@@ -63,7 +63,7 @@ std::size_t CameraTracks::add(const ImagePyramid& now, const std::vector<Eigen::
   std::vector<Eigen::Vector2d> pixels = taken;
   pixels.reserve(taken.size() + tracks_.size());
   for (const Track& track : tracks_) pixels.push_back(track.pixel);
-  for (const Eigen::Vector2d& pixel : coverage_.refill(now.levels[0], mask_, pixels)) {
+  for (const Eigen::Vector2d& pixel : coverage_.refill(now, mask_, pixels)) {
     const std::optional<WideRay> ray = wide_ray(camera_, pixel);
     if (!ray) continue;
     tracks_.push_back({.id = next_id++,

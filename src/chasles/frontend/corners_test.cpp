@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -10,8 +11,8 @@ namespace chasles::test {
 namespace {
 
 /// A chess board with corners at (x0 + 40 i, y0 + 40 j); each pixel is the mean over its area.
-ImagePyramid chess_board(double x0, double y0) {
-  GrayImage image{.width = 240, .height = 200, .pixels = {}};
+ImagePyramid chess_board(double x0, double y0, int width = 240, int height = 200, int levels = 1) {
+  GrayImage image{.width = width, .height = height, .pixels = {}};
   constexpr int kFine = 16;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
@@ -25,7 +26,7 @@ ImagePyramid chess_board(double x0, double y0) {
     }
   }
   ImagePyramid pyramid;
-  build_pyramid(image, Equalisation::kNone, 1, pyramid);
+  build_pyramid(image, Equalisation::kNone, levels, pyramid);
   return pyramid;
 }
 
@@ -88,7 +89,7 @@ class CoverageOfARoom : public ::testing::Test {
 
   std::vector<Eigen::Vector2d> refill(const CoverageSettings& settings, const GrayImage& mask = {},
                                       const std::vector<Eigen::Vector2d>& tracks = {}) const {
-    return Coverage(settings, camera.width, camera.height).refill(image.levels[0], mask, tracks);
+    return Coverage(settings, camera.width, camera.height).refill(image, mask, tracks);
   }
 
   Camera camera = euroc_camera();
@@ -145,6 +146,23 @@ TEST_F(CoverageOfARoom, WithAFullBudgetAddsNothing) {
   EXPECT_TRUE(refill({.max_tracks = 150}, {}, tracks).empty());
 }
 
+// Large images are searched on a coarser level; the corners are those of the image itself.
+TEST(Coverage, OfALargeImageHasItsCornersToATenthOfAPixel) {
+  for (const auto& [width, height] : {std::pair{1000, 800}, {1960, 1320}}) {
+    ASSERT_GT(width * height, Coverage::kMostSearched);
+    const Eigen::Vector2d origin(20.3, 17.8);
+    const ImagePyramid board = chess_board(origin.x(), origin.y(), width, height, 4);
+    Coverage coverage({.max_tracks = 200}, width, height);
+    const auto corners = coverage.refill(board, {}, {});
+    EXPECT_EQ(corners.size(), 200U);
+    for (const Eigen::Vector2d& corner : corners) {
+      const Eigen::Vector2d field = (corner - origin) / 40;
+      const Eigen::Vector2d nearest(std::round(field.x()), std::round(field.y()));
+      EXPECT_LT((field - nearest).norm() * 40, 0.15) << corner.transpose();
+    }
+  }
+}
+
 TEST(Coverage, OfAnEmptyWallIsEmptyAndFillsWhenTextureReturns) {
   const Camera camera = euroc_camera();
   Coverage coverage({}, camera.width, camera.height);
@@ -152,8 +170,8 @@ TEST(Coverage, OfAnEmptyWallIsEmptyAndFillsWhenTextureReturns) {
   build_pyramid({.width = 752, .height = 480, .pixels = std::vector<std::uint8_t>(752 * 480, 90)},
                 Equalisation::kNone, 1, wall);
   build_pyramid(room().render(camera, {}), Equalisation::kNone, 1, textured);
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(coverage.refill(wall.levels[0], {}, {}).empty());
-  EXPECT_EQ(coverage.refill(textured.levels[0], {}, {}).size(), 150U);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(coverage.refill(wall, {}, {}).empty());
+  EXPECT_EQ(coverage.refill(textured, {}, {}).size(), 150U);
 }
 
 }  // namespace

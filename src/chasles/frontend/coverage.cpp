@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 
 #include <chasles/frontend/coverage.hpp>
@@ -16,6 +17,35 @@ bool far_from_all(const std::vector<Eigen::Vector2d>& pixels, const Eigen::Vecto
   return std::none_of(pixels.begin(), pixels.end(), [&](const Eigen::Vector2d& other) {
     return (other - pixel).squaredNorm() < distance * distance;
   });
+}
+
+/// The part of a level that lies in a box of level 0.
+PixelBox box_on(std::size_t level, const PixelBox& box) {
+  const int up = (1 << level) - 1;
+  return {.x0 = (box.x0 + up) >> level,
+          .y0 = (box.y0 + up) >> level,
+          .x1 = box.x1 >> level,
+          .y1 = box.y1 >> level};
+}
+
+/// The corners of level 0 near the best ones of a coarser level.
+std::vector<Corner> corners_near(const std::vector<Corner>& coarse, std::size_t level,
+                                 const PyramidLevel& image, const CoverageSettings& settings) {
+  constexpr std::size_t kMost = 8;
+  const int reach = 1 << level;  // of a pixel of that level
+  std::vector<Corner> corners;
+  for (std::size_t i = 0; i < std::min(coarse.size(), kMost); ++i) {
+    const Eigen::Vector2i pixel = (coarse[i].pixel * (1 << level)).cast<int>();
+    const PixelBox near{.x0 = std::max(0, pixel.x() - reach),
+                        .y0 = std::max(0, pixel.y() - reach),
+                        .x1 = std::min(image.width, pixel.x() + reach + 1),
+                        .y1 = std::min(image.height, pixel.y() + reach + 1)};
+    const std::vector<Corner> found =
+        find_corners(image, near, settings.measure, settings.min_gradient);
+    if (!found.empty()) corners.push_back(found.front());
+  }
+  std::ranges::stable_sort(corners, std::greater{}, &Corner::score);
+  return corners;
 }
 
 }  // namespace
@@ -51,6 +81,14 @@ std::size_t Coverage::cell_of(const Eigen::Vector2d& pixel) const {
                                   index(pixel.x(), width_, settings_.columns));
 }
 
+std::size_t Coverage::search_level(const ImagePyramid& image) const {
+  std::size_t level = 0;
+  while (level + 1 < image.levels.size() && (width_ * height_) >> (2 * level) > kMostSearched) {
+    ++level;
+  }
+  return level;
+}
+
 std::vector<std::size_t> Coverage::cells_to_search(std::size_t tracks) const {
   const auto max_tracks = static_cast<std::size_t>(settings_.max_tracks);
   std::vector<std::size_t> order(cells_.size());
@@ -67,7 +105,7 @@ std::vector<std::size_t> Coverage::cells_to_search(std::size_t tracks) const {
   return order;
 }
 
-std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const GrayImage& mask,
+std::vector<Eigen::Vector2d> Coverage::refill(const ImagePyramid& image, const GrayImage& mask,
                                               const std::vector<Eigen::Vector2d>& tracks) {
   std::vector<Eigen::Vector2d> added;
   if (tracks.size() >= static_cast<std::size_t>(settings_.max_tracks)) return added;
@@ -77,14 +115,18 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
     cell.pause = std::max(0, cell.pause - 1);
   }
   for (const Eigen::Vector2d& pixel : tracks) ++cells_[cell_of(pixel)].tracks;
+  const std::size_t level = search_level(image);
   std::vector<Eigen::Vector2d> all = tracks;
   std::vector<std::size_t> open = cells_to_search(tracks.size());
   for (const std::size_t i : open) {
     Cell& cell = cells_[i];
-    cell.corners = find_corners(image, cell.box, settings_.measure, settings_.min_gradient);
+    cell.corners = find_corners(image.levels[level], box_on(level, cell.box), settings_.measure,
+                                settings_.min_gradient);
     std::erase_if(cell.corners, [&](const Corner& corner) {
-      return masked(mask, corner.pixel) || !far_from_all(all, corner.pixel, settings_.min_distance);
+      const Eigen::Vector2d pixel = corner.pixel * (1 << level);
+      return masked(mask, pixel) || !far_from_all(all, pixel, settings_.min_distance);
     });
+    if (level > 0) cell.corners = corners_near(cell.corners, level, image.levels[0], settings_);
     if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
     if (cell.corners.empty()) cell.pause = kPause;
     std::reverse(cell.corners.begin(), cell.corners.end());  // best one last
@@ -102,7 +144,7 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
     const Eigen::Vector2d found = cell.corners.back().pixel;
     cell.corners.pop_back();
     if (!far_from_all(all, found, settings_.min_distance)) continue;
-    const Eigen::Vector2d corner = refine_corner(image, found);
+    const Eigen::Vector2d corner = refine_corner(image.levels[0], found);
     if (masked(mask, corner) || !far_from_all(all, corner, settings_.min_distance)) continue;
     all.push_back(corner);
     added.push_back(corner);

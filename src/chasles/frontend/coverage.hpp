@@ -26,12 +26,15 @@ struct CoverageSettings {
 /// skips for some searches.
 class Coverage {
  public:
+  static constexpr int kMostSearched = 600'000;
+
   Coverage(const CoverageSettings& settings, int width, int height);
 
   /// New corners for an image with the pixels `tracks`, so that the total is at most max_tracks.
   /// Repeatedly, the cell with the fewest tracks contributes its best corner. No corners where
-  /// `mask` (empty, or as large as the image) is 0.
-  std::vector<Eigen::Vector2d> refill(const PyramidLevel& image, const GrayImage& mask,
+  /// `mask` (empty, or as large as the image) is 0. In large images, corners are searched on the
+  /// finest level with at most kMostSearched pixels, and on level 0 only near the best of them.
+  std::vector<Eigen::Vector2d> refill(const ImagePyramid& image, const GrayImage& mask,
                                       const std::vector<Eigen::Vector2d>& tracks);
 
  private:
@@ -42,6 +45,7 @@ class Coverage {
     std::vector<Corner> corners = {};
   };
 
+  std::size_t search_level(const ImagePyramid& image) const;
   std::vector<std::size_t> cells_to_search(std::size_t tracks) const;
   std::size_t cell_of(const Eigen::Vector2d& pixel) const;
 

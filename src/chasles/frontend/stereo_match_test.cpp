@@ -40,7 +40,7 @@ class StereoInARoom {
     std::vector<double> errors;
     const StereoViews views(rig_[0], images_[0], rig_[1], images_[1]);
     Coverage coverage({.border = 20}, rig_[0].width, rig_[0].height);
-    for (const Eigen::Vector2d& pixel : coverage.refill(images_[0].levels[0], {}, {})) {
+    for (const Eigen::Vector2d& pixel : coverage.refill(images_[0], {}, {})) {
       const auto ray = wide_ray(rig_[0], pixel);
       const auto truth = in_.true_pixel(rig_[0], world_T_cam_[0], pixel, rig_[1], world_T_cam_[1]);
       const auto match = match_stereo(views, {pixel, *ray, inverse_depth}, {});
