@@ -203,11 +203,11 @@ std::vector<SmoothedState> smoothed_items(const Segment& segment, const MatrixXd
   for (const Segment::Item& item : segment.items) {
     const Index at = segment.starts + row;
     const auto C = by_end.middleRows(row, item.size);
-    result.push_back(without_rounding(
-        {.number = item.number,
-         .correction = segment.g.segment(at, item.size) + C * later.g,
-         .covariance = segment.G.block(at, at, item.size, item.size) +
-                       gain.middleRows(row, item.size) * C.transpose()}));
+    result.push_back(
+        without_rounding({.number = item.number,
+                          .correction = segment.g.segment(at, item.size) + C * later.g,
+                          .covariance = segment.G.block(at, at, item.size, item.size) +
+                                        gain.middleRows(row, item.size) * C.transpose()}));
     row += item.size;
   }
   return result;

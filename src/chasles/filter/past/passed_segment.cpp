@@ -103,8 +103,8 @@ PassedSegment compose(const PassedSegment& older, const PassedSegment& younger) 
       .from = younger.from};
   result.more << dense::product(younger.more.leftCols(starts), before.X),
       younger.more.rightCols(younger.more.cols() - starts);
-  const MatrixXd passed =
-      with_columns(older.more.bottomRows(older.more.rows() - first), older.segment->starts, passing);
+  const MatrixXd passed = with_columns(older.more.bottomRows(older.more.rows() - first),
+                                       older.segment->starts, passing);
   for (Index i = 0; i < more; ++i) {
     Index& from = result.from[static_cast<std::size_t>(i)];
     if (from < 0) continue;
@@ -131,8 +131,8 @@ PassedSegment with_derived(const PassedSegment& segment, int source,
   const Index rows = all.X.rows();
   all.X = stacked(all.X, segment.more);
   all = with_derived(all, source, derived);
-  PassedSegment result{.segment = {}, .more = all.X.bottomRows(segment.more.rows()),
-                       .from = segment.from};
+  PassedSegment result{
+      .segment = {}, .more = all.X.bottomRows(segment.more.rows()), .from = segment.from};
   all.X = all.X.topRows(rows).eval();
   result.segment = std::make_shared<const Segment>(std::move(all));
   return result;
@@ -152,8 +152,6 @@ PassedSegment without_starts(const PassedSegment& segment) {
           .from = std::vector<Index>(segment.from.size(), -1)};
 }
 
-Segment whole(const PassedSegment& segment) {
-  return with_first(segment, segment.more.rows());
-}
+Segment whole(const PassedSegment& segment) { return with_first(segment, segment.more.rows()); }
 
 }  // namespace chasles

@@ -19,8 +19,9 @@ namespace chasles {
 /// C_passing if it passes (docs/map.md).
 struct PassedSegment {
   std::shared_ptr<const Segment> segment;
-  Eigen::MatrixXd more = {};           ///< rows of the end, after those of X; x variables
-  std::vector<Eigen::Index> from = {};  ///< their places among the passing rows of the start; -1: none
+  Eigen::MatrixXd more = {};  ///< rows of the end, after those of X; x variables
+  std::vector<Eigen::Index> from =
+      {};  ///< their places among the passing rows of the start; -1: none
 
   Eigen::Index rows() const { return segment->X.rows() + more.rows(); }  ///< of the end
   std::size_t bytes() const {

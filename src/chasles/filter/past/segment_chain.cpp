@@ -47,8 +47,7 @@ void SegmentChain::compose_at(std::size_t older, const Keeps& keeps) {
 void SegmentChain::begin_with_items(const Keeps& keeps) {
   while (segments_.size() > 1 && kept_rows(*segments_.front(), keeps) == 0) {
     segments_.erase(segments_.begin());
-    segments_.front() =
-        std::make_shared<const PassedSegment>(without_starts(*segments_.front()));
+    segments_.front() = std::make_shared<const PassedSegment>(without_starts(*segments_.front()));
   }
 }
 
@@ -60,8 +59,7 @@ void SegmentChain::append(Segment segment, const Keeps& keeps) {
   segments_.push_back(std::make_shared<const PassedSegment>(std::move(latest)));
   begin_with_items(keeps);
   for (std::size_t older = segments_.size() - 1; older-- > 0;) {
-    const bool in_order =
-        segments_[older]->segment->length > segments_[older + 1]->segment->length;
+    const bool in_order = segments_[older]->segment->length > segments_[older + 1]->segment->length;
     if (!in_order && are_few(older, keeps)) compose_at(older, keeps);
   }
 }

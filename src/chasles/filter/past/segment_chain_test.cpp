@@ -77,7 +77,9 @@ class Walk {
     carry(past, composed, all);
     expect_same(past, all_items_.recall(all));
   }
-  void forget(int below) { std::erase_if(there_, [&](int number) { return number < below; }); }
+  void forget(int below) {
+    std::erase_if(there_, [&](int number) { return number < below; });
+  }
   int landmarks() const { return static_cast<int>(there_.size()); }
 
  private:
