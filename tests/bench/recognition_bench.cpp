@@ -103,7 +103,7 @@ void Return5(benchmark::State& state) {
     state.PauseTiming();
     SegmentChain copy = chain;
     state.ResumeTiming();
-    benchmark::DoNotOptimize(copy.revive(numbers, [](int) { return true; }));
+    benchmark::DoNotOptimize(copy.revive(numbers));
   }
 }
 BENCHMARK(Return5)->Arg(300)->Arg(750)->Arg(1500)->Unit(benchmark::kMillisecond);
