@@ -154,15 +154,21 @@ struct Window {
 struct WindowRows {
   explicit WindowRows(const Window& window) : WindowRows(window, window.count(), window.count()) {}
   WindowRows(const Window& window, int keyframes, int whole);
+  /// Those of the factor: the newest keyframe has all errors, the others those of the pose.
+  static WindowRows outer(const Window& window);
   int keyframe(int number) const {
     const int k = number - first, cut = std::max(k - whole, 0);
     return begin + errors * (k - cut) + kPoseErrors * cut;
   }
-  int errors_of(int number) const { return number - first < whole ? errors : kPoseErrors; }
+  int errors_of(int number) const {
+    const bool all = number - first < whole || (newest_whole && number - first == keyframes - 1);
+    return all ? errors : kPoseErrors;
+  }
 
   std::map<int, int> points;  ///< by number
   int calibration = 0, calibration_errors = 0;
   int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
+  bool newest_whole = false;
 };
 
 /// Half of the weighted squares at the present values; makes all linear parts current.
@@ -180,8 +186,12 @@ struct WindowSystem {
 };
 /// The lower triangle in other rows: removed rows are dropped, new ones are zero.
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
+
+/// The quadratic form of a window in WindowRows::outer, with the inner errors (InnerStates) apart.
 /// Needs current linear parts. Diagonals are enlarged by the fraction `damping`.
-WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping);
+class InnerStates;
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping,
+                              InnerStates& inner);
 
 /// The inverse of a landmark's V on its range; zero on its null space.
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V);

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include <chasles/filter/dense.hpp>
-#include <chasles/smooth/window/window_detail.hpp>
+#include <chasles/smooth/window/window_inner_detail.hpp>
 
 // Steps to a window's minimum, and the Schur complement there.
 namespace chasles::smooth_detail {
@@ -114,29 +114,40 @@ Eigen::MatrixXd take_considered(const Window& window, const WindowRows& rows,
   return columns;
 }
 
-// False: the system is not positive definite.
-bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
-  const WindowRows rows(window);
-  WindowSystem system = normal_equations(window, rows, damping);
-  factor.rows.reset();
+// The factor at the present values, and what a step needs besides: gradient and inner errors.
+struct Linearised {
+  WindowFactor factor = {};
+  Eigen::VectorXd g = {};
+  InnerStates inner;
+};
+
+// None: the system is not positive definite.
+std::optional<Linearised> factorise(double damping, const Window& window) {
+  const WindowRows rows = WindowRows::outer(window);
+  Linearised at{.inner = InnerStates(window, rows)};
+  WindowSystem system = normal_equations(window, rows, damping, at.inner);
+  if (!at.inner.eliminate(system)) return std::nullopt;
   const bool considers = !window.considered.rows.empty();
   Eigen::MatrixXd columns;
   if (considers) columns = take_considered(window, rows, system);
-  if (!dense::cholesky(system.S)) return false;
+  if (!dense::cholesky(system.S)) return std::nullopt;
   if (considers) dense::solve_lower(system.S, columns);
-  factor = {.L = std::move(system.S), .by_considered = std::move(columns), .rows = rows};
-  g = std::move(system.g);
-  return true;
+  at.factor = {.L = std::move(system.S), .by_considered = std::move(columns), .rows = rows};
+  at.g = std::move(system.g);
+  return at;
 }
 
 // One step from the present values.
 bool step(double damping, Window& window, WindowFactor& factor) {
-  Eigen::VectorXd g;
-  if (!factorise(damping, window, factor, g)) return false;
-  Eigen::VectorXd x = -g;
+  factor.rows.reset();
+  std::optional<Linearised> at = factorise(damping, window);
+  if (!at) return false;
+  factor = std::move(at->factor);
+  Eigen::VectorXd x = -at->g;
   factor.L.triangularView<Eigen::Lower>().solveInPlace(x);
   factor.L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-  move(*factor.rows, x, damping, window);
+  const WindowRows all(window);
+  move(all, at->inner.with_inner(x, all), damping, window);
   return true;
 }
 
@@ -171,10 +182,8 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
 }
 
 WindowFactor factor_of(const Window& window) {
-  WindowFactor factor;
-  Eigen::VectorXd g;
-  factorise(0, window, factor, g);
-  return factor;
+  std::optional<Linearised> at = factorise(0, window);
+  return at ? std::move(at->factor) : WindowFactor{};
 }
 
 Culled cull(Window& window, double gate) {

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include <chasles/smooth/window/window_detail.hpp>
+#include <chasles/smooth/window/window_inner_detail.hpp>
 
 // The quadratic form of a window: prior, terms, and landmarks by their Schur complements.
 namespace chasles::smooth_detail {
@@ -80,6 +80,14 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
   calibration_errors = window.sizes.calibration.errors();
   begin += calibration_errors;
   size = keyframe(first + keyframes);
+}
+
+WindowRows WindowRows::outer(const Window& window) {
+  WindowRows rows(window, window.count(), 0);
+  if (rows.keyframes == 0) return rows;
+  rows.newest_whole = true;
+  rows.size += rows.errors - kPoseErrors;
+  return rows;
 }
 
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
@@ -168,9 +176,14 @@ void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& syste
   system.g.segment(c, m).noalias() += K.transpose() * term.residual;
 }
 
-WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping) {
-  WindowSystem system = in_rows(prior_system(window), prior_rows(window), rows);
-  for (const ChainTerm& term : window.terms) add_term(rows, term, system);
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping,
+                              InnerStates& inner) {
+  const WindowSystem prior = prior_system(window);
+  const WindowRows of_prior = prior_rows(window);
+  WindowSystem system = in_rows(prior, of_prior, rows);
+  inner.add_prior(prior, of_prior);
+  for (const ChainTerm& term : window.terms) inner.add(term, system);
+  inner.damp(damping);
   Eigen::VectorXd enlarged = system.S.diagonal();
   for (const auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
