@@ -16,6 +16,7 @@
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 #include <chasles/smooth/terms/calibrated_costs_detail.hpp>
+#include <chasles/smooth/terms/cost_functions_detail.hpp>
 
 /// A window that slides over a recording of any kind. Private to this folder. Its terms are those
 /// of the batch problems. The linear algebra uses the reference chart's errors. The error chart
@@ -50,9 +51,12 @@ struct WindowView {
   bool match = false;   ///< PixelObservation::is_match()
   bool begins = false;  ///< whether it can initialise a landmark; one that is not in the prior
                         ///< needs such a view
+  std::optional<PixelTerm> pixel = {};  ///< by a known camera; then it has no other cost
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
   double whitened_norm = 0;                                  ///< length of the whitened residual
+
+  int rows() const { return pixel ? PixelTerm::kRows : cost->num_residuals(); }
 };
 
 /// The linearised views of a landmark at the present values: second derivatives and gradients of
@@ -77,8 +81,20 @@ struct PointLinear {
   std::vector<PoseBlock> pose_blocks = {};  ///< that of the anchor first, if any
   CalibrationBlock calibration = {};
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  ///< inverse_on_range, set by evaluate()
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double cost = 0;
+
+  /// inverse_on_range() of V with a diagonal that is enlarged by this fraction.
+  Eigen::Matrix3d damped_inverse(double damping) const;
+  /// Of a keyframe that is not the anchor's. Views are added in the order of their keyframes.
+  PoseBlock& pose_block_of(int keyframe, bool anchored) {
+    const std::size_t others = anchored ? 1 : 0;
+    if (pose_blocks.size() > others && pose_blocks.back().keyframe == keyframe) {
+      return pose_blocks.back();
+    }
+    return pose_blocks.emplace_back(PoseBlock{.keyframe = keyframe});
+  }
 };
 
 struct WindowPoint {
@@ -175,7 +191,8 @@ struct WindowRows {
 double evaluate(Window& window);
 
 /// The linear part of a point's views of `keyframe`; none: of all views, and of `alone`.
-PointLinear linearise(const Window& window, const WindowPoint& point,
+/// Sets the norms of those views.
+PointLinear linearise(const Window& window, WindowPoint& point,
                       std::optional<int> keyframe = std::nullopt);
 
 /// The quadratic form of a window's terms in its errors, with landmarks that are not in the prior

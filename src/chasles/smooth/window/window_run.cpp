@@ -94,7 +94,7 @@ SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
   for (const auto& [number, point] : window.points) {
     for (const WindowView& view : point.views) {
       optimised.squares += view.whitened_norm * view.whitened_norm;
-      optimised.residuals += view.cost->num_residuals();
+      optimised.residuals += view.rows();
     }
   }
   return optimised;

@@ -72,9 +72,7 @@ void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, W
       right -= point.linear.calibration.W.transpose() *
                step.segment(rows.calibration, rows.calibration_errors);
     }
-    Eigen::Matrix3d V = point.linear.V;
-    V.diagonal() *= 1 + damping;
-    point.parameters += inverse_on_range(V) * right;
+    point.parameters += point.linear.damped_inverse(damping) * right;
   }
   move_calibration(rows, step, window);
   const ChartManifold manifold(*window.chart, window.sizes.velocity);

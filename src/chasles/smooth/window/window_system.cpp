@@ -44,6 +44,15 @@ void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSy
   }
 }
 
+// The pose blocks by their rows, which for an anchor that is not the first may be out of order.
+std::vector<const PointLinear::PoseBlock*> in_order(const PointLinear& linear) {
+  std::vector<const PointLinear::PoseBlock*> blocks;
+  blocks.reserve(linear.pose_blocks.size());
+  for (const PointLinear::PoseBlock& block : linear.pose_blocks) blocks.push_back(&block);
+  std::ranges::sort(blocks, {}, &PointLinear::PoseBlock::keyframe);
+  return blocks;
+}
+
 void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::Matrix3d& V_inverse,
                WindowSystem& system) {
   const int c = rows.calibration, n = rows.calibration_errors;
@@ -52,15 +61,32 @@ void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::M
     system.g.segment(c, n).noalias() -= Y * linear.b;
     system.S.block(c, c, n, n).noalias() -= Y * linear.calibration.W.transpose();
   }
-  for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
-    const int i = rows.keyframe(of.keyframe);
-    const Matrix63d Y = of.W * V_inverse;
-    system.g.segment<6>(i).noalias() -= Y * linear.b;
-    if (n > 0) system.S.block(i, c, 6, n).noalias() -= Y * linear.calibration.W.transpose();
-    for (const PointLinear::PoseBlock& by : linear.pose_blocks) {
-      const int j = rows.keyframe(by.keyframe);
-      if (j <= i) system.S.block<6, 6>(i, j).noalias() -= Y * by.W.transpose();
+  const auto blocks = in_order(linear);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> Y(kPoseErrors * std::ssize(blocks), 3);
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    Y.middleRows<6>(6 * static_cast<Eigen::Index>(k)).noalias() = blocks[k]->W * V_inverse;
+  }
+  // Poses with rows in a row are subtracted together.
+  for (std::size_t k = 0; k < blocks.size();) {
+    const int i = rows.keyframe(blocks[k]->keyframe);
+    std::size_t end = k + 1;
+    while (end < blocks.size() &&
+           rows.keyframe(blocks[end]->keyframe) == i + kPoseErrors * static_cast<int>(end - k)) {
+      ++end;
     }
+    const auto first = 6 * static_cast<Eigen::Index>(k), last = 6 * static_cast<Eigen::Index>(end);
+    const auto of = Y.middleRows(first, last - first);
+    system.g.segment(i, of.rows()).noalias() -= of.lazyProduct(linear.b);
+    if (n > 0) {
+      system.S.block(i, c, of.rows(), n).noalias() -= of * linear.calibration.W.transpose();
+    }
+    for (std::size_t by = 0; by < end; ++by) {
+      const int j = rows.keyframe(blocks[by]->keyframe);
+      const auto skip = by <= k ? 0 : 6 * static_cast<Eigen::Index>(by - k);
+      system.S.block(i + skip, j, of.rows() - skip, 6).noalias() -=
+          of.bottomRows(of.rows() - skip).lazyProduct(blocks[by]->W.transpose());
+    }
+    k = end;
   }
 }
 
@@ -129,6 +155,13 @@ WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const W
   return moved;
 }
 
+Eigen::Matrix3d PointLinear::damped_inverse(double damping) const {
+  if (damping == 0) return V_inverse;
+  Eigen::Matrix3d damped = V;
+  damped.diagonal() *= 1 + damping;
+  return inverse_on_range(damped);
+}
+
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
   const Eigen::LLT<Eigen::Matrix3d> cholesky(V);
   const double least = cholesky.matrixLLT().diagonal().cwiseAbs2().minCoeff();
@@ -188,10 +221,8 @@ WindowSystem normal_equations(const Window& window, const WindowRows& rows, doub
   for (const auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
     const bool own = row != rows.points.end();
-    Eigen::Matrix3d V = point.linear.V;
-    V.diagonal() *= 1 + damping;
     add_point(rows, point.linear, own ? std::optional(row->second) : std::nullopt,
-              own ? V : inverse_on_range(V), system);
+              point.linear.damped_inverse(damping), system);
     for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
       enlarged.segment<6>(rows.keyframe(pose_block.keyframe)) += pose_block.H.diagonal();
     }
