@@ -203,6 +203,9 @@ struct WindowSystem {
 };
 /// The lower triangle in other rows: removed rows are dropped, new ones are zero.
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
+Eigen::VectorXd in_rows(const Eigen::VectorXd& g, const WindowRows& from, const WindowRows& to);
+/// The gradient in the rows of all errors; needs current linear parts.
+Eigen::VectorXd gradient(const Window& window, const WindowRows& rows);
 
 /// The quadratic form of a window in WindowRows::outer, with the inner errors (InnerStates) apart.
 /// Needs current linear parts. Diagonals are enlarged by the fraction `damping`.
@@ -233,6 +236,8 @@ WindowFactor factor_of(const Window& window);
 struct WindowSteps {
   int steps = 3;            ///< at most
   double tolerance = 1e-8;  ///< relative decrease of the cost at which it ends
+  /// Predicted decrease of the cost by another step below which there is none.
+  double least_decrease = 0;
 };
 struct WindowProgress {
   int tried = 0, successful = 0;
@@ -312,6 +317,7 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
 WindowRows prior_rows(const Window& window);
 /// The prior at the present values, reference chart: lower triangle, its rows.
 WindowSystem prior_system(const Window& window);
+Eigen::VectorXd prior_gradient(const Window& window);
 double prior_cost(const Window& window);
 
 /// Sets the prior to that system at the present values; rows: (window, all keyframes, 1). Only the

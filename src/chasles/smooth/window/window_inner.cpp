@@ -122,4 +122,19 @@ Eigen::VectorXd InnerStates::with_inner(const Eigen::VectorXd& x, const WindowRo
   return whole;
 }
 
+InnerStates::Reduced InnerStates::reduced(const Eigen::VectorXd& gradient,
+                                          const WindowRows& all) const {
+  Reduced result{.g = in_rows(gradient, all, rows_)};
+  Eigen::VectorXd carried = Eigen::VectorXd::Zero(errors_);
+  for (int k = rows_.first + count_ - 1; k >= rows_.first; --k) {
+    const Eigen::VectorXd y =
+        own(k) * (gradient.segment(all.keyframe(k) + kPoseErrors, errors_) - carried);
+    result.decrease += y.squaredNorm() / 2;
+    const int count = rows_.size - first_row(k);
+    result.g.tail(count).noalias() -= outer(k).bottomRows(count) * y;
+    carried.noalias() = older(k) * y;
+  }
+  return result;
+}
+
 }  // namespace chasles::smooth_detail

@@ -25,6 +25,13 @@ class InnerStates {
   bool eliminate(WindowSystem& system);
   /// The solution in the rows of all errors, from that of the outer ones.
   Eigen::VectorXd with_inner(const Eigen::VectorXd& x, const WindowRows& all) const;
+  /// Half of the decrease along the inner errors that a gradient in the rows of all errors
+  /// predicts, and what remains of it for the outer rows.
+  struct Reduced {
+    double decrease = 0;
+    Eigen::VectorXd g;
+  };
+  Reduced reduced(const Eigen::VectorXd& gradient, const WindowRows& all) const;
 
  private:
   bool is_inner(int keyframe) const { return errors_ > 0 && keyframe != newest_; }

@@ -127,29 +127,53 @@ Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorX
   return product;
 }
 
-// A system by the present values, with the scale among the prior's coordinates. Their derivative is
-// G E + d c^T, where E removes the scale, c is the scale's derivative, and d the change of its
-// direction.
-void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
-                     const std::vector<Turn>& turns, WindowSystem& system) {
-  const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
-  Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
-  multiply(turns, false, d);
-  d = window.prior.scale_direction - d;
-  Eigen::VectorXd by_d = times_information(window.prior, d);
-  const double information = d.dot(by_d), gradient = d.dot(system.g);
-  multiply(turns, true, by_d);
-  multiply(turns, true, system.g);
-  turn(turns, system.S);
-  const Eigen::VectorXd& c = at.scale.by_errors;
+// The prior by the present values. With the scale among its coordinates, their derivative is
+// G E + d c^T, where G are the turns, E removes the scale, c is the scale's derivative, and d the
+// change of its direction. Without it, E is 1 and there is no d.
+struct Present {
+  WindowRows rows;
+  Offset at;
+  std::vector<Turn> turns;
+  Eigen::VectorXd E = {}, d = {};
+  Eigen::VectorXd g;
+
+  explicit Present(const Window& window);
+};
+
+Present::Present(const Window& window)
+    : rows(prior_rows(window)),
+      at(offset(window, rows)),
+      turns(turns_of(window, rows, at.numbers)),
+      g(window.prior.gradient + times_information(window.prior, at.y)) {
+  double along = 0;
+  if (!window.prior.scale_weights.empty()) {
+    E = scaling(window, rows, -at.scale.log);
+    d = scale_direction(window, rows, at.numbers);
+    multiply(turns, false, d);
+    d = window.prior.scale_direction - d;
+    along = d.dot(g);
+  }
+  multiply(turns, true, g);
+  if (d.size() > 0) g = E.cwiseProduct(g) + along * at.scale.by_errors;
+}
+
+// The information by the present values; lower triangle.
+Eigen::MatrixXd present_information(const Window& window, const Present& present) {
+  Eigen::MatrixXd S = window.prior.information;
+  turn(present.turns, S);
+  if (present.d.size() == 0) return S;
+  const Eigen::VectorXd &E = present.E, &c = present.at.scale.by_errors;
+  Eigen::VectorXd by_d = times_information(window.prior, present.d);
+  const double information = present.d.dot(by_d);
+  multiply(present.turns, true, by_d);
   by_d = E.cwiseProduct(by_d) + information / 2 * c;
-  system.g = E.cwiseProduct(system.g) + gradient * c;
-  for (Eigen::Index j = 0; j < rows.size; ++j) {
-    const Eigen::Index n = rows.size - j;
-    auto column = system.S.col(j).tail(n);
+  for (Eigen::Index j = 0; j < S.cols(); ++j) {
+    const Eigen::Index n = S.cols() - j;
+    auto column = S.col(j).tail(n);
     column.array() *= E[j] * E.tail(n).array();
     column += c[j] * by_d.tail(n) + by_d[j] * c.tail(n);
   }
+  return S;
 }
 
 }  // namespace
@@ -192,19 +216,14 @@ double prior_cost(const Window& window) {
 
 WindowSystem prior_system(const Window& window) {
   const WindowPrior& prior = window.prior;
-  WindowSystem system{.S = prior.information, .g = prior.gradient};
-  if (prior.gradient.size() == 0) return system;
-  const WindowRows rows = prior_rows(window);
-  const Offset at = offset(window, rows);
-  const std::vector<Turn> turns = turns_of(window, rows, at.numbers);
-  system.g += times_information(prior, at.y);
-  if (!prior.scale_weights.empty()) {
-    turn_with_scale(window, rows, at, turns, system);
-    return system;
-  }
-  turn(turns, system.S);
-  multiply(turns, true, system.g);
-  return system;
+  if (prior.gradient.size() == 0) return {.S = prior.information, .g = prior.gradient};
+  Present present(window);
+  return {.S = present_information(window, present), .g = std::move(present.g)};
+}
+
+Eigen::VectorXd prior_gradient(const Window& window) {
+  if (window.prior.gradient.size() == 0) return window.prior.gradient;
+  return Present(window).g;
 }
 
 void set_prior(Window& window, WindowSystem system) {

@@ -81,8 +81,12 @@ void SlidingWindow::refresh() {
 }
 
 SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
-  const WindowProgress progress =
-      improve(window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
+  const double near = settings_.window_precision;
+  const WindowProgress progress = improve(window,
+                                          {.steps = settings_.window_steps,
+                                           .tolerance = settings_.tolerance,
+                                           .least_decrease = near * near / 2},
+                                          factor_);
   report.steps += progress.tried;
   report.steps_rejected += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;

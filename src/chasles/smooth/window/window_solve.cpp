@@ -136,17 +136,28 @@ std::optional<Linearised> factorise(double damping, const Window& window) {
 }
 
 // One step from the present values.
-bool step(double damping, Window& window, WindowFactor& factor) {
-  factor.rows.reset();
-  std::optional<Linearised> at = factorise(damping, window);
-  if (!at) return false;
-  factor = std::move(at->factor);
-  Eigen::VectorXd x = -at->g;
-  factor.L.triangularView<Eigen::Lower>().solveInPlace(x);
-  factor.L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+void step(const Linearised& at, double damping, Window& window) {
+  const auto L = at.factor.L.triangularView<Eigen::Lower>();
+  Eigen::VectorXd x = -at.g;
+  L.solveInPlace(x);
+  L.transpose().solveInPlace(x);
   const WindowRows all(window);
-  move(all, at->inner.with_inner(x, all), damping, window);
-  return true;
+  move(all, at.inner.with_inner(x, all), damping, window);
+}
+
+// The decrease of the cost that another step would bring, if second derivatives are still those of
+// an earlier linearisation. Needs current linear parts.
+double predicted_decrease(const Window& window, const Linearised& before) {
+  const WindowRows all(window);
+  auto [decrease, g] = before.inner.reduced(gradient(window, all), all);
+  for (const int row : window.considered.rows) g[before.factor.rows->calibration + row] = 0;
+  before.factor.L.triangularView<Eigen::Lower>().solveInPlace(g);
+  decrease += g.squaredNorm() / 2;
+  for (const auto& [number, point] : window.points) {
+    if (point.in_prior) continue;
+    decrease += point.linear.b.dot(point.linear.V_inverse * point.linear.b) / 2;
+  }
+  return decrease;
 }
 
 }  // namespace
@@ -158,13 +169,15 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
   while (progress.successful < steps.steps && !progress.converged && damping <= kMostDamping) {
     const Numbers before = numbers_of(window);
     ++progress.tried;
-    const bool moved = step(damping, window, factor);
-    damped = damping > 0 || !moved;
-    const double cost = moved ? evaluate(window) : std::nan("");
+    std::optional<Linearised> at = factorise(damping, window);
+    if (at) step(*at, damping, window);
+    damped = damping > 0 || !at;
+    const double cost = at ? evaluate(window) : std::nan("");
     const double gain = progress.cost - cost, least = steps.tolerance * std::abs(progress.cost);
     if (gain >= -least) {
       ++progress.successful;
-      progress.converged = gain <= least;
+      progress.converged = gain <= least || (progress.successful < steps.steps && !damped &&
+                                             predicted_decrease(window, *at) < steps.least_decrease);
       progress.cost = cost;
       damping = damping > kFirstDamping ? damping / 10 : 0;
     } else {
@@ -172,6 +185,7 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
       evaluate(window);
       damping = damping > 0 ? 10 * damping : kFirstDamping;
     }
+    factor = at ? std::move(at->factor) : WindowFactor{};
   }
   // The uncertainty is defined without damping.
   if (damped) factor = factor_of(window);

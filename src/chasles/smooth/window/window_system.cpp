@@ -116,11 +116,14 @@ WindowRows WindowRows::outer(const Window& window) {
   return rows;
 }
 
-WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
-  // Blocks that stay adjacent are copied together.
-  struct Run {
-    int from, to, count;
-  };
+namespace {
+
+// Rows that both have; blocks that stay adjacent are one run.
+struct Run {
+  int from, to, count;
+};
+
+std::vector<Run> runs_of(const WindowRows& from, const WindowRows& to) {
   std::vector<Run> runs;
   const auto add = [&](const Run& run) {
     const bool joins = !runs.empty() && runs.back().from + runs.back().count == run.from &&
@@ -143,14 +146,28 @@ WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const W
     const int count = std::min(from.errors_of(k), to.errors_of(k));
     add({.from = from.keyframe(k), .to = to.keyframe(k), .count = count});
   }
+  return runs;
+}
+
+}  // namespace
+
+WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
+  const std::vector<Run> runs = runs_of(from, to);
   WindowSystem moved{.S = Eigen::MatrixXd::Zero(to.size, to.size),
-                     .g = Eigen::VectorXd::Zero(to.size)};
+                     .g = in_rows(system.g, from, to)};
   for (auto i = runs.begin(); i != runs.end(); ++i) {
     for (auto j = runs.begin(); j <= i; ++j) {
       moved.S.block(i->to, j->to, i->count, j->count) =
           system.S.block(i->from, j->from, i->count, j->count);
     }
-    moved.g.segment(i->to, i->count) = system.g.segment(i->from, i->count);
+  }
+  return moved;
+}
+
+Eigen::VectorXd in_rows(const Eigen::VectorXd& g, const WindowRows& from, const WindowRows& to) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(to.size);
+  for (const Run& run : runs_of(from, to)) {
+    moved.segment(run.to, run.count) = g.segment(run.from, run.count);
   }
   return moved;
 }
@@ -207,6 +224,36 @@ void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& syste
   system.S.block(c, c, m, m).noalias() += K.transpose() * K;
   system.S.block(row, c, n, m).noalias() += J.transpose() * K;
   system.g.segment(c, m).noalias() += K.transpose() * term.residual;
+}
+
+Eigen::VectorXd gradient(const Window& window, const WindowRows& rows) {
+  Eigen::VectorXd g = in_rows(prior_gradient(window), prior_rows(window), rows);
+  for (const ChainTerm& term : window.terms) {
+    const int n = rows.errors * term.keyframes;
+    g.segment(rows.keyframe(term.first), n).noalias() +=
+        term.jacobian.leftCols(n).transpose() * term.residual;
+    if (!term.calibration) continue;
+    const int m = term.calibration->errors;
+    g.segment(rows.calibration + term.calibration->row, m).noalias() +=
+        term.jacobian.rightCols(m).transpose() * term.residual;
+  }
+  for (const auto& [number, point] : window.points) {
+    const PointLinear& linear = point.linear;
+    Eigen::Vector3d eliminated = Eigen::Vector3d::Zero();
+    if (point.in_prior) {
+      g.segment<3>(rows.points.at(number)) += linear.b;
+    } else {
+      eliminated = linear.V_inverse * linear.b;
+    }
+    if (rows.calibration_errors > 0) {
+      g.segment(rows.calibration, rows.calibration_errors) +=
+          linear.calibration.g - linear.calibration.W * eliminated;
+    }
+    for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
+      g.segment<6>(rows.keyframe(of.keyframe)) += of.g - of.W * eliminated;
+    }
+  }
+  return g;
 }
 
 WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping,
