@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -17,6 +16,7 @@
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 #include <chasles/smooth/terms/calibrated_costs_detail.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
+#include <chasles/smooth/window/by_number_detail.hpp>
 
 /// A window that slides over a recording of any kind. Private to this folder. Its terms are those
 /// of the batch problems. The linear algebra uses the reference chart's errors. The error chart
@@ -115,6 +115,9 @@ struct WindowPoint {
   PointLinear linear = {};
 };
 
+/// The prior at other values than its own (window_prior.cpp).
+struct PresentPrior;
+
 /// The information of the marginalised states about the window: 1/2 y^T information y + gradient^T
 /// y. y is T^-1 times the chart's errors of the state against `at`, with T the chart's block there.
 /// To first order about `at`, y equals the reference chart's errors, but it is linear in the
@@ -126,10 +129,11 @@ struct WindowPrior {
   std::vector<WindowKeyframe> keyframes;             ///< `at`, of the keyframes of the prior
   std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of these keyframes
   std::vector<double> calibration = {};              ///< `at`, of Window::calibration
-  std::map<int, Eigen::Vector3d> points;
-  std::map<int, double> scale_weights =
+  ByNumber<Eigen::Vector3d> points;
+  ByNumber<double> scale_weights =
       {};  ///< weights of the points in the scale; empty: the scale is 1
   Eigen::VectorXd scale_direction = {};  ///< derivative of y if all lengths grow
+  std::shared_ptr<const PresentPrior> present = {};  ///< at the values of the last evaluate()
 };
 
 /// Errors of the calibration that no step moves, and their covariance.
@@ -150,7 +154,7 @@ struct Window {
   std::vector<std::vector<std::size_t>> camera_blocks = {};  ///< of them, those of each camera
   WindowConsidered considered = {};
   std::vector<ChainTerm> terms = {};
-  std::map<int, WindowPoint> points = {};
+  ByNumber<WindowPoint> points = {};
   WindowPrior prior = {};
   bool stale = true;  ///< the terms' linear parts are not at the present values
 
@@ -181,7 +185,7 @@ struct WindowRows {
     return all ? errors : kPoseErrors;
   }
 
-  std::map<int, int> points;  ///< by number
+  ByNumber<int> points;
   int calibration = 0, calibration_errors = 0;
   int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
   bool newest_whole = false;
@@ -319,6 +323,8 @@ WindowRows prior_rows(const Window& window);
 WindowSystem prior_system(const Window& window);
 Eigen::VectorXd prior_gradient(const Window& window);
 double prior_cost(const Window& window);
+/// Keeps what the three above share for the present values.
+void evaluate_prior(Window& window);
 
 /// Sets the prior to that system at the present values; rows: (window, all keyframes, 1). Only the
 /// lower triangle is read.
@@ -335,7 +341,7 @@ WindowScale scale_of(const Window& window, const WindowRows& rows);
 /// The present values of the prior's states, scaled about the position of its oldest keyframe.
 struct ScaledNumbers {
   std::vector<WindowKeyframe> keyframes;
-  std::map<int, Eigen::Vector3d> points;
+  ByNumber<Eigen::Vector3d> points;
 };
 ScaledNumbers scaled(const Window& window, double log);
 /// The diagonal derivative of these values by the present ones; reference chart.

@@ -302,7 +302,8 @@ Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const W
 }
 
 double evaluate(Window& window) {
-  double cost = prior_cost(window);
+  if (window.stale || !window.prior.present) evaluate_prior(window);
+  double cost = 0;
   for (ChainTerm& term : window.terms) {
     if (window.stale || term.jacobian.size() == 0) evaluate(window, term);
     cost += term.residual.squaredNorm() / 2;
@@ -312,7 +313,7 @@ double evaluate(Window& window) {
     cost += evaluate(window, point);
   }
   window.stale = false;
-  return cost;
+  return cost + prior_cost(window);
 }
 
 }  // namespace chasles::smooth_detail

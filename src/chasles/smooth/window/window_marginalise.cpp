@@ -197,7 +197,7 @@ const ChainTerm& first_link(const Window& window) {
 }
 
 void drop_oldest(const std::vector<int>& ending, Window& window) {
-  for (const int number : ending) window.points.erase(number);
+  window.points.erase(ending);
   for (auto& [number, point] : window.points) {
     const auto of_oldest = [&](const WindowView& v) { return v.keyframe == window.first; };
     if (std::erase_if(point.views, of_oldest) > 0) point.stale = true;

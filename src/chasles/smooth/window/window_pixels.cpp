@@ -22,13 +22,23 @@ struct Sums {
   }
 };
 
-// A^T N A of two derivatives [ [s]x, -w I ] of the point by a pose.
-Matrix6d between(const Vector3d& s, const Matrix3d& N, const Vector3d& t, double w) {
-  const Matrix3d turned = hat(s) * N;
+// [s]x M.
+template <int Columns>
+Eigen::Matrix<double, 3, Columns> cross(const Vector3d& s,
+                                        const Eigen::Matrix<double, 3, Columns>& M) {
+  Eigen::Matrix<double, 3, Columns> product;
+  for (int i = 0; i < Columns; ++i) product.col(i) = s.cross(M.col(i));
+  return product;
+}
+
+// A_s^T N A_t for a symmetric N, where A_s = ([s]x, -w I) is the point's derivative by a pose.
+// `by_s`: [s]x N, and by_t.
+Matrix6d between(const Vector3d& s, const Matrix3d& by_s, const Matrix3d& N, const Matrix3d& by_t,
+                 double w) {
   Matrix6d H;
-  H.topLeftCorner<3, 3>() = -turned * hat(t);
-  H.topRightCorner<3, 3>() = w * turned;
-  H.bottomLeftCorner<3, 3>() = -w * N * hat(t);
+  H.topLeftCorner<3, 3>() = cross<3>(s, by_t.transpose());
+  H.topRightCorner<3, 3>() = w * by_s;
+  H.bottomLeftCorner<3, 3>() = w * by_t.transpose();
   H.bottomRightCorner<3, 3>() = w * w * N;
   return H;
 }
@@ -38,7 +48,7 @@ template <int Columns>
 Eigen::Matrix<double, 6, Columns> by_pose(const Vector3d& s, double w,
                                           const Eigen::Matrix<double, 3, Columns>& B) {
   Eigen::Matrix<double, 6, Columns> product;
-  product << -hat(s) * B, -w * B;
+  product << -cross<Columns>(s, B), -w * B;
   return product;
 }
 
@@ -116,16 +126,18 @@ void PixelViews::add(std::span<WindowView> views, PointLinear& linear) const {
     const Vector3d s =
         at_.p_world - w * read_pose(window_->keyframe(keyframe).motion.data()).p;
     PointLinear::PoseBlock& block = linear.pose_block_of(keyframe, window_->anchored);
-    block.H += between(s, sums.N, s, w);
+    const Matrix3d by_s = cross<3>(s, sums.N);
+    block.H += between(s, by_s, sums.N, by_s, w);
     block.W += by_pose(s, w, sums.X);
     block.g += by_pose(s, w, sums.n);
     if (!window_->anchored) continue;
-    block.by_anchor -= between(s, sums.N, from_anchor_, w);
+    block.by_anchor -= between(s, by_s, sums.N, cross<3>(from_anchor_, sums.N), w);
     all.add(sums);
   }
   if (!window_->anchored) return;
   PointLinear::PoseBlock& anchor = linear.pose_blocks.front();
-  anchor.H += between(from_anchor_, all.N, from_anchor_, at_.w);
+  const Matrix3d by_anchor = cross<3>(from_anchor_, all.N);
+  anchor.H += between(from_anchor_, by_anchor, all.N, by_anchor, at_.w);
   anchor.W -= by_pose(from_anchor_, at_.w, all.X);
   anchor.g -= by_pose(from_anchor_, at_.w, all.n);
 }

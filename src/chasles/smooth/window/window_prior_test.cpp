@@ -45,7 +45,7 @@ Window window_of(const ErrorChart& chart, bool anchored, test::Random& random) {
 ScaledNumbers numbers_of(const Window& window) {
   ScaledNumbers numbers;
   numbers.keyframes = {window.keyframes.begin(), window.keyframes.end()};
-  for (const auto& [number, point] : window.points) numbers.points[number] = point.parameters;
+  for (const auto& [number, point] : window.points) numbers.points.emplace(number, point.parameters);
   return numbers;
 }
 

@@ -99,7 +99,7 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
       whole(std::min(whole_count, keyframe_count)) {
   for (const auto& [number, point] : window.points) {
     if (!point.in_prior) continue;
-    points[number] = begin;
+    points.emplace(number, begin);
     begin += 3;
   }
   calibration = begin;
