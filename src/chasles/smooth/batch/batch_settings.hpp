@@ -112,10 +112,11 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("seed", s.seed, "number", "of that error", limits::kNonNegative);
   visit("window_steps", s.window_steps, "count",
         "maximum number of Gauss-Newton steps of a window per frame", limits::kPositive);
-  visit("window_precision", s.window_precision, "1",
-        "there are fewer where the window's minimum is predicted to be nearer than this, in standard "
-        "deviations; 0: by batch.tolerance alone",
-        limits::kNonNegative);
+  visit(
+      "window_precision", s.window_precision, "1",
+      "there are fewer where the window's minimum is predicted to be nearer than this, in standard "
+      "deviations; 0: by batch.tolerance alone",
+      limits::kNonNegative);
 }
 
 /// Throws UsageError with the setting's name ("batch.gate"), its value and the expected one, for a

@@ -132,7 +132,7 @@ struct WindowPrior {
   ByNumber<Eigen::Vector3d> points;
   ByNumber<double> scale_weights =
       {};  ///< weights of the points in the scale; empty: the scale is 1
-  Eigen::VectorXd scale_direction = {};  ///< derivative of y if all lengths grow
+  Eigen::VectorXd scale_direction = {};              ///< derivative of y if all lengths grow
   std::shared_ptr<const PresentPrior> present = {};  ///< at the values of the last evaluate()
 };
 

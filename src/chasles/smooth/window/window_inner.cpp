@@ -41,7 +41,9 @@ void InnerStates::add(const ChainTerm& term, WindowSystem& system) {
   const auto J = term.jacobian.leftCols(n);
   const Eigen::MatrixXd H = J.transpose() * J;
   const Eigen::VectorXd g = J.transpose() * term.residual;
-  const auto outside = [&](int keyframe) { return is_inner(keyframe) ? kPoseErrors : rows_.errors; };
+  const auto outside = [&](int keyframe) {
+    return is_inner(keyframe) ? kPoseErrors : rows_.errors;
+  };
   for (int k = term.first; k < end; ++k) {
     const int i = rows_.errors * (k - term.first), row = rows_.keyframe(k), width = outside(k);
     system.g.segment(row, width) += g.segment(i, width);

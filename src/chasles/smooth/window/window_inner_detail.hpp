@@ -8,8 +8,8 @@ namespace chasles::smooth_detail {
 
 /// The inner errors of a window's keyframes: those besides the pose, of all keyframes but the
 /// newest. Only terms of neighbours couple them, and the prior those of the oldest, so they are
-/// eliminated before the dense system of the other rows (WindowRows::outer) is factorised. The order
-/// is from the newest to the oldest: until the last one, only later poses are filled in.
+/// eliminated before the dense system of the other rows (WindowRows::outer) is factorised. The
+/// order is from the newest to the oldest: until the last one, only later poses are filled in.
 class InnerStates {
  public:
   /// `rows`: WindowRows::outer.

@@ -52,7 +52,8 @@ Eigen::Matrix<double, 6, Columns> by_pose(const Vector3d& s, double w,
   return product;
 }
 
-// Value and slope of the loss: the slope weights the squares (iteratively reweighted least squares).
+// Value and slope of the loss: the slope weights the squares (iteratively reweighted least
+// squares).
 struct Loss {
   double value, slope;
 };
@@ -101,7 +102,8 @@ void PixelViews::add(std::span<WindowView> views, PointLinear& linear) const {
       WindowView& view = views[i];
       const auto seen = see(view);
       const double inverse = 1 / view.pixel->sigma;
-      const double square = seen ? (inverse * seen->residual).squaredNorm() : 2 * kNotSeen * kNotSeen;
+      const double square =
+          seen ? (inverse * seen->residual).squaredNorm() : 2 * kNotSeen * kNotSeen;
       view.whitened_norm = std::sqrt(square);
       const Loss loss = loss_at(*window_, square);
       linear.cost += loss.value;
@@ -123,8 +125,7 @@ void PixelViews::add(std::span<WindowView> views, PointLinear& linear) const {
     }
     if (keyframe == own_) continue;
     const double w = at_.w;
-    const Vector3d s =
-        at_.p_world - w * read_pose(window_->keyframe(keyframe).motion.data()).p;
+    const Vector3d s = at_.p_world - w * read_pose(window_->keyframe(keyframe).motion.data()).p;
     PointLinear::PoseBlock& block = linear.pose_block_of(keyframe, window_->anchored);
     const Matrix3d by_s = cross<3>(s, sums.N);
     block.H += between(s, by_s, sums.N, by_s, w);

@@ -176,8 +176,9 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
     const double gain = progress.cost - cost, least = steps.tolerance * std::abs(progress.cost);
     if (gain >= -least) {
       ++progress.successful;
-      progress.converged = gain <= least || (progress.successful < steps.steps && !damped &&
-                                             predicted_decrease(window, *at) < steps.least_decrease);
+      progress.converged =
+          gain <= least || (progress.successful < steps.steps && !damped &&
+                            predicted_decrease(window, *at) < steps.least_decrease);
       progress.cost = cost;
       damping = damping > kFirstDamping ? damping / 10 : 0;
     } else {
