@@ -1,6 +1,7 @@
 #include <numeric>
 
 #include <Eigen/Core>
+#include <ceres/cost_function.h>
 #include <ceres/crs_matrix.h>
 
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>

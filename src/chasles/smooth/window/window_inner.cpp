@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <Eigen/Cholesky>
 
 #include <chasles/filter/dense.hpp>
