@@ -12,7 +12,8 @@ using test::Random;
 
 // Six keyframes.
 Window window_of(bool anchored, Random& random) {
-  Window window{.chart = &error_chart("standard"),
+  Window window{.sizes = {},
+                .chart = &error_chart("standard"),
                 .loss = std::make_unique<ceres::HuberLoss>(0.5),
                 .anchored = anchored,
                 .first = 3};
