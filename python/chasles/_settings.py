@@ -181,6 +181,9 @@ class BatchSettings(TypedDict, total=False):
     """of that error [number]; default 1"""
     window_steps: int
     """maximum number of Gauss-Newton steps of a window per frame; default 2"""
+    window_precision: float
+    """there are fewer where the window's minimum is predicted to be nearer than this, in standard deviations; 0: by
+    batch.tolerance alone [1]; default 0.05"""
 
 
 class ReaderSettings(TypedDict, total=False):

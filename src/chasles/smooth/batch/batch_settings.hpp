@@ -51,6 +51,7 @@ struct BatchSettings {
   double initial_error = 0;
   int seed = 1;
   int window_steps = 2;
+  double window_precision = 0.05;
 
   /// The gate; auto: 5.
   double gate_sigmas() const { return gate.value_or(5); }
@@ -111,6 +112,11 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("seed", s.seed, "number", "of that error", limits::kNonNegative);
   visit("window_steps", s.window_steps, "count",
         "maximum number of Gauss-Newton steps of a window per frame", limits::kPositive);
+  visit(
+      "window_precision", s.window_precision, "1",
+      "there are fewer where the window's minimum is predicted to be nearer than this, in standard "
+      "deviations; 0: by batch.tolerance alone",
+      limits::kNonNegative);
 }
 
 /// Throws UsageError with the setting's name ("batch.gate"), its value and the expected one, for a

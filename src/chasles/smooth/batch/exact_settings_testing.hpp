@@ -14,6 +14,7 @@ inline BatchSettings exact_settings(LandmarkForm landmarks) {
   settings.gate = 0;
   settings.covariance_factor = 1;
   settings.tolerance = 1e-15;
+  settings.window_precision = 0;
   settings.max_iterations = settings.window_steps = 200;
   return settings;
 }

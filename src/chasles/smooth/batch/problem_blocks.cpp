@@ -1,6 +1,7 @@
 #include <numeric>
 
 #include <Eigen/Core>
+#include <ceres/cost_function.h>
 #include <ceres/crs_matrix.h>
 
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
@@ -58,15 +59,14 @@ std::vector<double*> ProblemBlocks::blocks() {
 
 void ProblemBlocks::add_view(ceres::CostFunction* cost, ceres::LossFunction* loss,
                              const std::vector<double*>& of) {
-  views_.push_back(problem_->AddResidualBlock(cost, loss, of));
+  problem_->AddResidualBlock(cost, loss, of);
+  views_.push_back({.cost = cost, .blocks = {of.begin(), of.end()}});
 }
 
 Eigen::VectorXd ProblemBlocks::whitened_residual(std::size_t view) const {
-  const ceres::ResidualBlockId id = views_[view];
-  Eigen::VectorXd residual(problem_->GetCostFunctionForResidualBlock(id)->num_residuals());
-  double cost = 0;
-  problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual.data(),
-                                                             nullptr);
+  const auto& [cost, blocks] = views_[view];
+  Eigen::VectorXd residual(cost->num_residuals());
+  cost->Evaluate(blocks.data(), residual.data(), nullptr);
   return residual;
 }
 

@@ -82,7 +82,11 @@ class ProblemBlocks {
   const ErrorChart* chart_;
   std::vector<double> numbers_;
   std::unique_ptr<ceres::Problem> problem_;
-  std::vector<ceres::ResidualBlockId> views_;
+  struct View {
+    const ceres::CostFunction* cost;  // of the problem
+    std::vector<const double*> blocks;
+  };
+  std::vector<View> views_;
 };
 
 /// The indices first, first + 1, ..., `count` of them.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -16,6 +15,8 @@
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 #include <chasles/smooth/terms/calibrated_costs_detail.hpp>
+#include <chasles/smooth/terms/cost_functions_detail.hpp>
+#include <chasles/smooth/window/by_number_detail.hpp>
 
 /// A window that slides over a recording of any kind. Private to this folder. Its terms are those
 /// of the batch problems. The linear algebra uses the reference chart's errors. The error chart
@@ -50,9 +51,12 @@ struct WindowView {
   bool match = false;   ///< PixelObservation::is_match()
   bool begins = false;  ///< whether it can initialise a landmark; one that is not in the prior
                         ///< needs such a view
+  std::optional<PixelTerm> pixel = {};  ///< by a known camera; then it has no other cost
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
   double whitened_norm = 0;                                  ///< length of the whitened residual
+
+  int rows() const { return pixel ? PixelTerm::kRows : cost->num_residuals(); }
 };
 
 /// The linearised views of a landmark at the present values: second derivatives and gradients of
@@ -77,8 +81,20 @@ struct PointLinear {
   std::vector<PoseBlock> pose_blocks = {};  ///< that of the anchor first, if any
   CalibrationBlock calibration = {};
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d V_inverse = Eigen::Matrix3d::Zero();  ///< inverse_on_range, set by evaluate()
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double cost = 0;
+
+  /// inverse_on_range() of V with a diagonal that is enlarged by this fraction.
+  Eigen::Matrix3d damped_inverse(double damping) const;
+  /// Of a keyframe that is not the anchor's. Views are added in the order of their keyframes.
+  PoseBlock& pose_block_of(int keyframe, bool anchored) {
+    const std::size_t others = anchored ? 1 : 0;
+    if (pose_blocks.size() > others && pose_blocks.back().keyframe == keyframe) {
+      return pose_blocks.back();
+    }
+    return pose_blocks.emplace_back(PoseBlock{.keyframe = keyframe});
+  }
 };
 
 struct WindowPoint {
@@ -99,6 +115,9 @@ struct WindowPoint {
   PointLinear linear = {};
 };
 
+/// The prior at other values than its own (window_prior.cpp).
+struct PresentPrior;
+
 /// The information of the marginalised states about the window: 1/2 y^T information y + gradient^T
 /// y. y is T^-1 times the chart's errors of the state against `at`, with T the chart's block there.
 /// To first order about `at`, y equals the reference chart's errors, but it is linear in the
@@ -110,10 +129,11 @@ struct WindowPrior {
   std::vector<WindowKeyframe> keyframes;             ///< `at`, of the keyframes of the prior
   std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of these keyframes
   std::vector<double> calibration = {};              ///< `at`, of Window::calibration
-  std::map<int, Eigen::Vector3d> points;
-  std::map<int, double> scale_weights =
+  ByNumber<Eigen::Vector3d> points;
+  ByNumber<double> scale_weights =
       {};  ///< weights of the points in the scale; empty: the scale is 1
-  Eigen::VectorXd scale_direction = {};  ///< derivative of y if all lengths grow
+  Eigen::VectorXd scale_direction = {};              ///< derivative of y if all lengths grow
+  std::shared_ptr<const PresentPrior> present = {};  ///< at the values of the last evaluate()
 };
 
 /// Errors of the calibration that no step moves, and their covariance.
@@ -134,7 +154,7 @@ struct Window {
   std::vector<std::vector<std::size_t>> camera_blocks = {};  ///< of them, those of each camera
   WindowConsidered considered = {};
   std::vector<ChainTerm> terms = {};
-  std::map<int, WindowPoint> points = {};
+  ByNumber<WindowPoint> points = {};
   WindowPrior prior = {};
   bool stale = true;  ///< the terms' linear parts are not at the present values
 
@@ -154,22 +174,29 @@ struct Window {
 struct WindowRows {
   explicit WindowRows(const Window& window) : WindowRows(window, window.count(), window.count()) {}
   WindowRows(const Window& window, int keyframes, int whole);
+  /// Those of the factor: the newest keyframe has all errors, the others those of the pose.
+  static WindowRows outer(const Window& window);
   int keyframe(int number) const {
     const int k = number - first, cut = std::max(k - whole, 0);
     return begin + errors * (k - cut) + kPoseErrors * cut;
   }
-  int errors_of(int number) const { return number - first < whole ? errors : kPoseErrors; }
+  int errors_of(int number) const {
+    const bool all = number - first < whole || (newest_whole && number - first == keyframes - 1);
+    return all ? errors : kPoseErrors;
+  }
 
-  std::map<int, int> points;  ///< by number
+  ByNumber<int> points;
   int calibration = 0, calibration_errors = 0;
   int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
+  bool newest_whole = false;
 };
 
 /// Half of the weighted squares at the present values; makes all linear parts current.
 double evaluate(Window& window);
 
 /// The linear part of a point's views of `keyframe`; none: of all views, and of `alone`.
-PointLinear linearise(const Window& window, const WindowPoint& point,
+/// Sets the norms of those views.
+PointLinear linearise(const Window& window, WindowPoint& point,
                       std::optional<int> keyframe = std::nullopt);
 
 /// The quadratic form of a window's terms in its errors, with landmarks that are not in the prior
@@ -180,8 +207,15 @@ struct WindowSystem {
 };
 /// The lower triangle in other rows: removed rows are dropped, new ones are zero.
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
+Eigen::VectorXd in_rows(const Eigen::VectorXd& g, const WindowRows& from, const WindowRows& to);
+/// The gradient in the rows of all errors; needs current linear parts.
+Eigen::VectorXd gradient(const Window& window, const WindowRows& rows);
+
+/// The quadratic form of a window in WindowRows::outer, with the inner errors (InnerStates) apart.
 /// Needs current linear parts. Diagonals are enlarged by the fraction `damping`.
-WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping);
+class InnerStates;
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping,
+                              InnerStates& inner);
 
 /// The inverse of a landmark's V on its range; zero on its null space.
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V);
@@ -206,6 +240,8 @@ WindowFactor factor_of(const Window& window);
 struct WindowSteps {
   int steps = 3;            ///< at most
   double tolerance = 1e-8;  ///< relative decrease of the cost at which it ends
+  /// Predicted decrease of the cost by another step below which there is none.
+  double least_decrease = 0;
 };
 struct WindowProgress {
   int tried = 0, successful = 0;
@@ -285,7 +321,10 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
 WindowRows prior_rows(const Window& window);
 /// The prior at the present values, reference chart: lower triangle, its rows.
 WindowSystem prior_system(const Window& window);
+Eigen::VectorXd prior_gradient(const Window& window);
 double prior_cost(const Window& window);
+/// Keeps what the three above share for the present values.
+void evaluate_prior(Window& window);
 
 /// Sets the prior to that system at the present values; rows: (window, all keyframes, 1). Only the
 /// lower triangle is read.
@@ -302,7 +341,7 @@ WindowScale scale_of(const Window& window, const WindowRows& rows);
 /// The present values of the prior's states, scaled about the position of its oldest keyframe.
 struct ScaledNumbers {
   std::vector<WindowKeyframe> keyframes;
-  std::map<int, Eigen::Vector3d> points;
+  ByNumber<Eigen::Vector3d> points;
 };
 ScaledNumbers scaled(const Window& window, double log);
 /// The diagonal derivative of these values by the present ones; reference chart.

@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
-#include <chasles/smooth/window/window_detail.hpp>
+#include <chasles/smooth/window/window_pixels_detail.hpp>
 
 // The terms of a window and their derivatives at the present values.
 namespace chasles::smooth_detail {
@@ -37,14 +38,6 @@ struct ViewBlocks {
     J[count++] = derivative;
   }
 };
-
-PointLinear::PoseBlock& pose_block_of(int keyframe, std::size_t from,
-                                      std::vector<PointLinear::PoseBlock>& pose_blocks) {
-  // Views are sorted by keyframe: the pose block, if it exists, is the last one.
-  if (pose_blocks.size() > from && pose_blocks.back().keyframe == keyframe)
-    return pose_blocks.back();
-  return pose_blocks.emplace_back(PointLinear::PoseBlock{.keyframe = keyframe});
-}
 
 template <int Rows>
 void add(const Written& at, double weight, int width, PointLinear::PoseBlock* view,
@@ -176,8 +169,9 @@ void add_calibration(const Window& window, const OwnBlocks& own, const Written& 
   }
 }
 
-void add_view(const Window& window, const WindowPoint& point, const WindowView& view, Written& at,
-              PointLinear& linear, double& whitened_norm) {
+void add_view(const Window& window, const WindowPoint& point, WindowView& view,
+              PointLinear& linear) {
+  Written at;
   const bool anchored = window.anchored, own = is_of_anchor(window, point, view);
   const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
   const int rows = cost.num_residuals();
@@ -185,14 +179,13 @@ void add_view(const Window& window, const WindowPoint& point, const WindowView& 
   ViewBlocks blocks = blocks_of(window, point, view, calibration, at);
   cost.Evaluate(blocks.x.data(), at.residual.data(), blocks.J.data());
   const double s = square(at, rows);
-  whitened_norm = std::sqrt(s);
+  view.whitened_norm = std::sqrt(s);
   double weight = 1;
   linear.cost += loss_at(window, s, weight);
   if (own) {
     add(rows, at, weight, window.sizes.motion(), nullptr, nullptr, linear);
   } else {
-    PointLinear::PoseBlock& pose_block =
-        pose_block_of(view.keyframe, anchored ? 1 : 0, linear.pose_blocks);
+    PointLinear::PoseBlock& pose_block = linear.pose_block_of(view.keyframe, anchored);
     add(rows, at, weight, window.sizes.motion(), &pose_block,
         anchored ? &linear.pose_blocks.front() : nullptr, linear);
   }
@@ -225,18 +218,25 @@ void begin(const Window& window, const WindowPoint& point, PointLinear& linear) 
   linear.calibration.by_pose.clear();
 }
 
+// The views of a landmark are all of one kind.
+void add_views(const Window& window, const WindowPoint& point, std::span<WindowView> views,
+               PointLinear& linear) {
+  if (views.empty()) return;
+  if (views.front().pixel) return PixelViews(window, point).add(views, linear);
+  for (WindowView& view : views) add_view(window, point, view, linear);
+}
+
 double evaluate(const Window& window, WindowPoint& point) {
+  if (!point.stale && point.linearised == point.views.size()) return point.linear.cost;
   if (point.stale) {
     begin(window, point, point.linear);
     if (point.alone) add_alone(point, point.linear);
     point.linearised = 0;
     point.stale = false;
   }
-  Written at;
-  for (; point.linearised < point.views.size(); ++point.linearised) {
-    WindowView& view = point.views[point.linearised];
-    add_view(window, point, view, at, point.linear, view.whitened_norm);
-  }
+  add_views(window, point, std::span(point.views).subspan(point.linearised), point.linear);
+  point.linearised = point.views.size();
+  point.linear.V_inverse = inverse_on_range(point.linear.V);
   return point.linear.cost;
 }
 
@@ -276,20 +276,21 @@ void evaluate(const Window& window, ChainTerm& term) {
 
 }  // namespace
 
-PointLinear linearise(const Window& window, const WindowPoint& point, std::optional<int> keyframe) {
+PointLinear linearise(const Window& window, WindowPoint& point, std::optional<int> keyframe) {
   PointLinear linear;
-  Written at;
-  double whitened_norm = 0;
   begin(window, point, linear);
-  for (const WindowView& view : point.views) {
-    if (keyframe && view.keyframe != *keyframe) continue;
-    add_view(window, point, view, at, linear, whitened_norm);
+  std::span<WindowView> views = point.views;
+  if (keyframe) {
+    const auto of = std::ranges::equal_range(views, *keyframe, {}, &WindowView::keyframe);
+    views = {of.begin(), of.end()};
   }
+  add_views(window, point, views, linear);
   if (point.alone && !keyframe) add_alone(point, linear);
   return linear;
 }
 
 Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const WindowView& view) {
+  if (view.pixel) return PixelViews(window, point).residual(view);
   const ceres::CostFunction& cost =
       is_of_anchor(window, point, view) ? *view.at_anchor : *view.cost;
   Written unused;
@@ -301,7 +302,8 @@ Eigen::VectorXd residual(const Window& window, const WindowPoint& point, const W
 }
 
 double evaluate(Window& window) {
-  double cost = prior_cost(window);
+  if (window.stale || !window.prior.present) evaluate_prior(window);
+  double cost = 0;
   for (ChainTerm& term : window.terms) {
     if (window.stale || term.jacobian.size() == 0) evaluate(window, term);
     cost += term.residual.squaredNorm() / 2;
@@ -311,7 +313,7 @@ double evaluate(Window& window) {
     cost += evaluate(window, point);
   }
   window.stale = false;
-  return cost;
+  return cost + prior_cost(window);
 }
 
 }  // namespace chasles::smooth_detail

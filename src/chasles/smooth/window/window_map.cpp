@@ -97,7 +97,7 @@ std::optional<WindowLandmark> map_landmark(const Window& window, const WindowFac
   if (point.in_prior) {
     C.middleRows<3>(rows.points.at(number)) = by_point.transpose();
   } else {
-    const Eigen::Matrix3d by_information = by_point * inverse_on_range(point.linear.V);
+    const Eigen::Matrix3d by_information = by_point * point.linear.V_inverse;
     for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
       C.middleRows<6>(rows.keyframe(pose_block.keyframe)) -=
           pose_block.W * by_information.transpose();

@@ -117,17 +117,16 @@ void hang_on_newest(const WindowRows& rows, Window& window, WindowSystem& system
 }
 
 // The linearised terms of the oldest keyframe; lower triangle.
-void absorb(const Window& window, const WindowRows& rows, const std::vector<int>& ending,
+void absorb(Window& window, const WindowRows& rows, const std::vector<int>& ending,
             WindowSystem& system) {
-  for (const auto& [number, point] : window.points) {
+  for (auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
     const auto own = row != rows.points.end() ? std::optional(row->second) : std::nullopt;
     if (std::ranges::binary_search(ending, number)) {
-      const PointLinear linear = linearise(window, point);
-      add_point(rows, linear, own, own ? linear.V : inverse_on_range(linear.V), system);
+      add_point(rows, point.linear, own, point.linear.V_inverse, system);
     } else if (sees(point, window.first)) {
       const PointLinear linear = linearise(window, point, window.first);
-      add_point(rows, linear, own, linear.V, system);
+      add_point(rows, linear, own, linear.V_inverse, system);
     }
   }
   for (const ChainTerm& term : window.terms) {
@@ -198,7 +197,7 @@ const ChainTerm& first_link(const Window& window) {
 }
 
 void drop_oldest(const std::vector<int>& ending, Window& window) {
-  for (const int number : ending) window.points.erase(number);
+  window.points.erase(ending);
   for (auto& [number, point] : window.points) {
     const auto of_oldest = [&](const WindowView& v) { return v.keyframe == window.first; };
     if (std::erase_if(point.views, of_oldest) > 0) point.stale = true;

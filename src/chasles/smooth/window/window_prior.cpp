@@ -9,6 +9,13 @@
 
 // The prior of a window from its marginalised states.
 namespace chasles::smooth_detail {
+
+// y of a keyframe by the reference chart's errors, at other values than the prior's.
+struct Turn {
+  int row = 0;
+  Eigen::MatrixXd G;
+};
+
 namespace {
 
 // The chart's errors of these values against those of the prior.
@@ -56,12 +63,6 @@ Offset offset(const Window& window, const WindowRows& rows) {
   if (!prior.scale_weights.empty()) at.y += at.scale.log * prior.scale_direction;
   return at;
 }
-
-// y of a keyframe by the reference chart's errors, at other values than the prior's.
-struct Turn {
-  int row = 0;
-  Eigen::MatrixXd G;
-};
 
 // G is the identity but for these blocks.
 std::vector<Turn> turns_of(const Window& window, const WindowRows& rows,
@@ -127,29 +128,68 @@ Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorX
   return product;
 }
 
-// A system by the present values, with the scale among the prior's coordinates. Their derivative is
-// G E + d c^T, where E removes the scale, c is the scale's derivative, and d the change of its
-// direction.
-void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
-                     const std::vector<Turn>& turns, WindowSystem& system) {
-  const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
-  Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
-  multiply(turns, false, d);
-  d = window.prior.scale_direction - d;
-  Eigen::VectorXd by_d = times_information(window.prior, d);
-  const double information = d.dot(by_d), gradient = d.dot(system.g);
-  multiply(turns, true, by_d);
-  multiply(turns, true, system.g);
-  turn(turns, system.S);
-  const Eigen::VectorXd& c = at.scale.by_errors;
+}  // namespace
+
+// With the scale among the prior's coordinates, their derivative by the present values is
+// G E + d c^T, where G are the turns, E removes the scale, c is the scale's derivative, and d the
+// change of its direction. Without it, E is 1 and there is no d.
+struct PresentPrior {
+  explicit PresentPrior(const Window& window);
+
+  WindowRows rows;
+  WindowScale scale;
+  std::vector<Turn> turns;
+  Eigen::VectorXd E = {}, d = {};
+  Eigen::VectorXd g;
+  double cost = 0;
+};
+
+PresentPrior::PresentPrior(const Window& window) : rows(prior_rows(window)) {
+  const WindowPrior& prior = window.prior;
+  g = prior.gradient;
+  if (g.size() == 0) return;
+  Offset at = offset(window, rows);
+  turns = turns_of(window, rows, at.numbers);
+  const Eigen::VectorXd by_y = times_information(prior, at.y);
+  cost = at.y.dot(by_y) / 2 + prior.gradient.dot(at.y);
+  g += by_y;
+  scale = std::move(at.scale);
+  double along = 0;
+  if (!prior.scale_weights.empty()) {
+    E = scaling(window, rows, -scale.log);
+    d = scale_direction(window, rows, at.numbers);
+    multiply(turns, false, d);
+    d = prior.scale_direction - d;
+    along = d.dot(g);
+  }
+  multiply(turns, true, g);
+  if (d.size() > 0) g = E.cwiseProduct(g) + along * scale.by_errors;
+}
+
+namespace {
+
+std::shared_ptr<const PresentPrior> present_of(const Window& window) {
+  if (!window.stale && window.prior.present) return window.prior.present;
+  return std::make_shared<const PresentPrior>(window);
+}
+
+// The information by the present values; lower triangle.
+Eigen::MatrixXd present_information(const Window& window, const PresentPrior& present) {
+  Eigen::MatrixXd S = window.prior.information;
+  turn(present.turns, S);
+  if (present.d.size() == 0) return S;
+  const Eigen::VectorXd &E = present.E, &c = present.scale.by_errors;
+  Eigen::VectorXd by_d = times_information(window.prior, present.d);
+  const double information = present.d.dot(by_d);
+  multiply(present.turns, true, by_d);
   by_d = E.cwiseProduct(by_d) + information / 2 * c;
-  system.g = E.cwiseProduct(system.g) + gradient * c;
-  for (Eigen::Index j = 0; j < rows.size; ++j) {
-    const Eigen::Index n = rows.size - j;
-    auto column = system.S.col(j).tail(n);
+  for (Eigen::Index j = 0; j < S.cols(); ++j) {
+    const Eigen::Index n = S.cols() - j;
+    auto column = S.col(j).tail(n);
     column.array() *= E[j] * E.tail(n).array();
     column += c[j] * by_d.tail(n) + by_d[j] * c.tail(n);
   }
+  return S;
 }
 
 }  // namespace
@@ -183,28 +223,17 @@ WindowRows prior_rows(const Window& window) {
   return {window, static_cast<int>(window.prior.keyframes.size()), 1};
 }
 
-double prior_cost(const Window& window) {
-  const WindowPrior& prior = window.prior;
-  if (prior.gradient.size() == 0) return 0;
-  const Eigen::VectorXd y = offset(window, prior_rows(window)).y;
-  return y.dot(times_information(prior, y)) / 2 + prior.gradient.dot(y);
+void evaluate_prior(Window& window) {
+  window.prior.present = std::make_shared<const PresentPrior>(window);
 }
 
+double prior_cost(const Window& window) { return present_of(window)->cost; }
+
+Eigen::VectorXd prior_gradient(const Window& window) { return present_of(window)->g; }
+
 WindowSystem prior_system(const Window& window) {
-  const WindowPrior& prior = window.prior;
-  WindowSystem system{.S = prior.information, .g = prior.gradient};
-  if (prior.gradient.size() == 0) return system;
-  const WindowRows rows = prior_rows(window);
-  const Offset at = offset(window, rows);
-  const std::vector<Turn> turns = turns_of(window, rows, at.numbers);
-  system.g += times_information(prior, at.y);
-  if (!prior.scale_weights.empty()) {
-    turn_with_scale(window, rows, at, turns, system);
-    return system;
-  }
-  turn(turns, system.S);
-  multiply(turns, true, system.g);
-  return system;
+  const auto present = present_of(window);
+  return {.S = present_information(window, *present), .g = present->g};
 }
 
 void set_prior(Window& window, WindowSystem system) {
@@ -215,7 +244,7 @@ void set_prior(Window& window, WindowSystem system) {
   WindowPrior& prior = window.prior;
   prior.calibration = window.calibration;
   for (const auto& [number, point] : window.points) {
-    if (point.in_prior) prior.points[number] = point.parameters;
+    if (point.in_prior) prior.points.emplace(number, point.parameters);
   }
   const WindowRows rows = prior_rows(window);
   int number = rows.first;

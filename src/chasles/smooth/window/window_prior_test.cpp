@@ -45,7 +45,8 @@ Window window_of(const ErrorChart& chart, bool anchored, test::Random& random) {
 ScaledNumbers numbers_of(const Window& window) {
   ScaledNumbers numbers;
   numbers.keyframes = {window.keyframes.begin(), window.keyframes.end()};
-  for (const auto& [number, point] : window.points) numbers.points[number] = point.parameters;
+  for (const auto& [number, point] : window.points)
+    numbers.points.emplace(number, point.parameters);
   return numbers;
 }
 
@@ -112,7 +113,7 @@ TEST_P(WindowPriorOver, TurnsAsTheChartDoes) {
   test::Random random(2);
   for (const bool anchored : {false, true}) {
     Window window = informed_window(chart(), anchored, random);
-    window.prior.scale_weights.clear();
+    window.prior.scale_weights = {};
     const WindowSystem prior{.S = window.prior.information.selfadjointView<Eigen::Lower>(),
                              .g = window.prior.gradient};
     const WindowRows rows = prior_rows(window);

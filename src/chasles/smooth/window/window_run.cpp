@@ -81,8 +81,12 @@ void SlidingWindow::refresh() {
 }
 
 SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
-  const WindowProgress progress =
-      improve(window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
+  const double near = settings_.window_precision;
+  const WindowProgress progress = improve(window,
+                                          {.steps = settings_.window_steps,
+                                           .tolerance = settings_.tolerance,
+                                           .least_decrease = near * near / 2},
+                                          factor_);
   report.steps += progress.tried;
   report.steps_rejected += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;
@@ -94,7 +98,7 @@ SlidingWindow::Optimised SlidingWindow::optimise(WindowReport& report) {
   for (const auto& [number, point] : window.points) {
     for (const WindowView& view : point.views) {
       optimised.squares += view.whitened_norm * view.whitened_norm;
-      optimised.residuals += view.cost->num_residuals();
+      optimised.residuals += view.rows();
     }
   }
   return optimised;

@@ -57,7 +57,7 @@ void weigh_scale(const Window& window, WindowPrior& prior) {
         prior.information.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();
     const double information = along.dot(block * along);
     if (!(information * kMostRelativeSigma * kMostRelativeSigma > 1)) continue;
-    prior.scale_weights[number] = information;
+    prior.scale_weights.emplace(number, information);
     sum += information;
   }
   for (auto& [number, weight] : prior.scale_weights) weight /= sum;
@@ -99,7 +99,7 @@ ScaledNumbers scaled(const Window& window, double log) {
     Vector3d parameters = window.points.at(number).parameters;
     if (log != 0 && window.anchored) parameters.z() /= factor;
     if (log != 0 && !window.anchored) parameters = about + factor * (parameters - about);
-    numbers.points[number] = parameters;
+    numbers.points.emplace(number, parameters);
   }
   return numbers;
 }

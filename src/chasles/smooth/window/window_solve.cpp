@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include <chasles/filter/dense.hpp>
-#include <chasles/smooth/window/window_detail.hpp>
+#include <chasles/smooth/window/window_inner_detail.hpp>
 
 // Steps to a window's minimum, and the Schur complement there.
 namespace chasles::smooth_detail {
@@ -72,9 +72,7 @@ void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, W
       right -= point.linear.calibration.W.transpose() *
                step.segment(rows.calibration, rows.calibration_errors);
     }
-    Eigen::Matrix3d V = point.linear.V;
-    V.diagonal() *= 1 + damping;
-    point.parameters += inverse_on_range(V) * right;
+    point.parameters += point.linear.damped_inverse(damping) * right;
   }
   move_calibration(rows, step, window);
   const ChartManifold manifold(*window.chart, window.sizes.velocity);
@@ -114,30 +112,52 @@ Eigen::MatrixXd take_considered(const Window& window, const WindowRows& rows,
   return columns;
 }
 
-// False: the system is not positive definite.
-bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
-  const WindowRows rows(window);
-  WindowSystem system = normal_equations(window, rows, damping);
-  factor.rows.reset();
+// The factor at the present values, and what a step needs besides: gradient and inner errors.
+struct Linearised {
+  WindowFactor factor = {};
+  Eigen::VectorXd g = {};
+  InnerStates inner;
+};
+
+// None: the system is not positive definite.
+std::optional<Linearised> factorise(double damping, const Window& window) {
+  const WindowRows rows = WindowRows::outer(window);
+  Linearised at{.inner = InnerStates(window, rows)};
+  WindowSystem system = normal_equations(window, rows, damping, at.inner);
+  if (!at.inner.eliminate(system)) return std::nullopt;
   const bool considers = !window.considered.rows.empty();
   Eigen::MatrixXd columns;
   if (considers) columns = take_considered(window, rows, system);
-  if (!dense::cholesky(system.S)) return false;
+  if (!dense::cholesky(system.S)) return std::nullopt;
   if (considers) dense::solve_lower(system.S, columns);
-  factor = {.L = std::move(system.S), .by_considered = std::move(columns), .rows = rows};
-  g = std::move(system.g);
-  return true;
+  at.factor = {.L = std::move(system.S), .by_considered = std::move(columns), .rows = rows};
+  at.g = std::move(system.g);
+  return at;
 }
 
 // One step from the present values.
-bool step(double damping, Window& window, WindowFactor& factor) {
-  Eigen::VectorXd g;
-  if (!factorise(damping, window, factor, g)) return false;
-  Eigen::VectorXd x = -g;
-  factor.L.triangularView<Eigen::Lower>().solveInPlace(x);
-  factor.L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-  move(*factor.rows, x, damping, window);
-  return true;
+void step(const Linearised& at, double damping, Window& window) {
+  const auto L = at.factor.L.triangularView<Eigen::Lower>();
+  Eigen::VectorXd x = -at.g;
+  L.solveInPlace(x);
+  L.transpose().solveInPlace(x);
+  const WindowRows all(window);
+  move(all, at.inner.with_inner(x, all), damping, window);
+}
+
+// The decrease of the cost that another step would bring, if second derivatives are still those of
+// an earlier linearisation. Needs current linear parts.
+double predicted_decrease(const Window& window, const Linearised& before) {
+  const WindowRows all(window);
+  auto [decrease, g] = before.inner.reduced(gradient(window, all), all);
+  for (const int row : window.considered.rows) g[before.factor.rows->calibration + row] = 0;
+  before.factor.L.triangularView<Eigen::Lower>().solveInPlace(g);
+  decrease += g.squaredNorm() / 2;
+  for (const auto& [number, point] : window.points) {
+    if (point.in_prior) continue;
+    decrease += point.linear.b.dot(point.linear.V_inverse * point.linear.b) / 2;
+  }
+  return decrease;
 }
 
 }  // namespace
@@ -149,13 +169,16 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
   while (progress.successful < steps.steps && !progress.converged && damping <= kMostDamping) {
     const Numbers before = numbers_of(window);
     ++progress.tried;
-    const bool moved = step(damping, window, factor);
-    damped = damping > 0 || !moved;
-    const double cost = moved ? evaluate(window) : std::nan("");
+    std::optional<Linearised> at = factorise(damping, window);
+    if (at) step(*at, damping, window);
+    damped = damping > 0 || !at;
+    const double cost = at ? evaluate(window) : std::nan("");
     const double gain = progress.cost - cost, least = steps.tolerance * std::abs(progress.cost);
     if (gain >= -least) {
       ++progress.successful;
-      progress.converged = gain <= least;
+      progress.converged =
+          gain <= least || (progress.successful < steps.steps && !damped &&
+                            predicted_decrease(window, *at) < steps.least_decrease);
       progress.cost = cost;
       damping = damping > kFirstDamping ? damping / 10 : 0;
     } else {
@@ -163,6 +186,7 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
       evaluate(window);
       damping = damping > 0 ? 10 * damping : kFirstDamping;
     }
+    factor = at ? std::move(at->factor) : WindowFactor{};
   }
   // The uncertainty is defined without damping.
   if (damped) factor = factor_of(window);
@@ -171,10 +195,8 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
 }
 
 WindowFactor factor_of(const Window& window) {
-  WindowFactor factor;
-  Eigen::VectorXd g;
-  factorise(0, window, factor, g);
-  return factor;
+  std::optional<Linearised> at = factorise(0, window);
+  return at ? std::move(at->factor) : WindowFactor{};
 }
 
 Culled cull(Window& window, double gate) {

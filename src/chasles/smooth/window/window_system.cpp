@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include <chasles/smooth/window/window_detail.hpp>
+#include <chasles/smooth/window/window_inner_detail.hpp>
 
 // The quadratic form of a window: prior, terms, and landmarks by their Schur complements.
 namespace chasles::smooth_detail {
@@ -44,6 +44,15 @@ void add_pose_blocks(const WindowRows& rows, const PointLinear& linear, WindowSy
   }
 }
 
+// The pose blocks by their rows, which for an anchor that is not the first may be out of order.
+std::vector<const PointLinear::PoseBlock*> in_order(const PointLinear& linear) {
+  std::vector<const PointLinear::PoseBlock*> blocks;
+  blocks.reserve(linear.pose_blocks.size());
+  for (const PointLinear::PoseBlock& block : linear.pose_blocks) blocks.push_back(&block);
+  std::ranges::sort(blocks, {}, &PointLinear::PoseBlock::keyframe);
+  return blocks;
+}
+
 void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::Matrix3d& V_inverse,
                WindowSystem& system) {
   const int c = rows.calibration, n = rows.calibration_errors;
@@ -52,15 +61,32 @@ void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::M
     system.g.segment(c, n).noalias() -= Y * linear.b;
     system.S.block(c, c, n, n).noalias() -= Y * linear.calibration.W.transpose();
   }
-  for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
-    const int i = rows.keyframe(of.keyframe);
-    const Matrix63d Y = of.W * V_inverse;
-    system.g.segment<6>(i).noalias() -= Y * linear.b;
-    if (n > 0) system.S.block(i, c, 6, n).noalias() -= Y * linear.calibration.W.transpose();
-    for (const PointLinear::PoseBlock& by : linear.pose_blocks) {
-      const int j = rows.keyframe(by.keyframe);
-      if (j <= i) system.S.block<6, 6>(i, j).noalias() -= Y * by.W.transpose();
+  const auto blocks = in_order(linear);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> Y(kPoseErrors * std::ssize(blocks), 3);
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    Y.middleRows<6>(6 * static_cast<Eigen::Index>(k)).noalias() = blocks[k]->W * V_inverse;
+  }
+  // Poses with rows in a row are subtracted together.
+  for (std::size_t k = 0; k < blocks.size();) {
+    const int i = rows.keyframe(blocks[k]->keyframe);
+    std::size_t end = k + 1;
+    while (end < blocks.size() &&
+           rows.keyframe(blocks[end]->keyframe) == i + kPoseErrors * static_cast<int>(end - k)) {
+      ++end;
     }
+    const auto first = 6 * static_cast<Eigen::Index>(k), last = 6 * static_cast<Eigen::Index>(end);
+    const auto of = Y.middleRows(first, last - first);
+    system.g.segment(i, of.rows()).noalias() -= of.lazyProduct(linear.b);
+    if (n > 0) {
+      system.S.block(i, c, of.rows(), n).noalias() -= of * linear.calibration.W.transpose();
+    }
+    for (std::size_t by = 0; by < end; ++by) {
+      const int j = rows.keyframe(blocks[by]->keyframe);
+      const auto skip = by <= k ? 0 : 6 * static_cast<Eigen::Index>(by - k);
+      system.S.block(i + skip, j, of.rows() - skip, 6).noalias() -=
+          of.bottomRows(of.rows() - skip).lazyProduct(blocks[by]->W.transpose());
+    }
+    k = end;
   }
 }
 
@@ -73,7 +99,7 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
       whole(std::min(whole_count, keyframe_count)) {
   for (const auto& [number, point] : window.points) {
     if (!point.in_prior) continue;
-    points[number] = begin;
+    points.emplace(number, begin);
     begin += 3;
   }
   calibration = begin;
@@ -82,11 +108,22 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
   size = keyframe(first + keyframes);
 }
 
-WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
-  // Blocks that stay adjacent are copied together.
-  struct Run {
-    int from, to, count;
-  };
+WindowRows WindowRows::outer(const Window& window) {
+  WindowRows rows(window, window.count(), 0);
+  if (rows.keyframes == 0) return rows;
+  rows.newest_whole = true;
+  rows.size += rows.errors - kPoseErrors;
+  return rows;
+}
+
+namespace {
+
+// Rows that both have; blocks that stay adjacent are one run.
+struct Run {
+  int from, to, count;
+};
+
+std::vector<Run> runs_of(const WindowRows& from, const WindowRows& to) {
   std::vector<Run> runs;
   const auto add = [&](const Run& run) {
     const bool joins = !runs.empty() && runs.back().from + runs.back().count == run.from &&
@@ -109,16 +146,37 @@ WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const W
     const int count = std::min(from.errors_of(k), to.errors_of(k));
     add({.from = from.keyframe(k), .to = to.keyframe(k), .count = count});
   }
+  return runs;
+}
+
+}  // namespace
+
+WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
+  const std::vector<Run> runs = runs_of(from, to);
   WindowSystem moved{.S = Eigen::MatrixXd::Zero(to.size, to.size),
-                     .g = Eigen::VectorXd::Zero(to.size)};
+                     .g = in_rows(system.g, from, to)};
   for (auto i = runs.begin(); i != runs.end(); ++i) {
     for (auto j = runs.begin(); j <= i; ++j) {
       moved.S.block(i->to, j->to, i->count, j->count) =
           system.S.block(i->from, j->from, i->count, j->count);
     }
-    moved.g.segment(i->to, i->count) = system.g.segment(i->from, i->count);
   }
   return moved;
+}
+
+Eigen::VectorXd in_rows(const Eigen::VectorXd& g, const WindowRows& from, const WindowRows& to) {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(to.size);
+  for (const Run& run : runs_of(from, to)) {
+    moved.segment(run.to, run.count) = g.segment(run.from, run.count);
+  }
+  return moved;
+}
+
+Eigen::Matrix3d PointLinear::damped_inverse(double damping) const {
+  if (damping == 0) return V_inverse;
+  Eigen::Matrix3d damped = V;
+  damped.diagonal() *= 1 + damping;
+  return inverse_on_range(damped);
 }
 
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
@@ -168,17 +226,50 @@ void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& syste
   system.g.segment(c, m).noalias() += K.transpose() * term.residual;
 }
 
-WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping) {
-  WindowSystem system = in_rows(prior_system(window), prior_rows(window), rows);
-  for (const ChainTerm& term : window.terms) add_term(rows, term, system);
+Eigen::VectorXd gradient(const Window& window, const WindowRows& rows) {
+  Eigen::VectorXd g = in_rows(prior_gradient(window), prior_rows(window), rows);
+  for (const ChainTerm& term : window.terms) {
+    const int n = rows.errors * term.keyframes;
+    g.segment(rows.keyframe(term.first), n).noalias() +=
+        term.jacobian.leftCols(n).transpose() * term.residual;
+    if (!term.calibration) continue;
+    const int m = term.calibration->errors;
+    g.segment(rows.calibration + term.calibration->row, m).noalias() +=
+        term.jacobian.rightCols(m).transpose() * term.residual;
+  }
+  for (const auto& [number, point] : window.points) {
+    const PointLinear& linear = point.linear;
+    Eigen::Vector3d eliminated = Eigen::Vector3d::Zero();
+    if (point.in_prior) {
+      g.segment<3>(rows.points.at(number)) += linear.b;
+    } else {
+      eliminated = linear.V_inverse * linear.b;
+    }
+    if (rows.calibration_errors > 0) {
+      g.segment(rows.calibration, rows.calibration_errors) +=
+          linear.calibration.g - linear.calibration.W * eliminated;
+    }
+    for (const PointLinear::PoseBlock& of : linear.pose_blocks) {
+      g.segment<6>(rows.keyframe(of.keyframe)) += of.g - of.W * eliminated;
+    }
+  }
+  return g;
+}
+
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping,
+                              InnerStates& inner) {
+  const WindowSystem prior = prior_system(window);
+  const WindowRows of_prior = prior_rows(window);
+  WindowSystem system = in_rows(prior, of_prior, rows);
+  inner.add_prior(prior, of_prior);
+  for (const ChainTerm& term : window.terms) inner.add(term, system);
+  inner.damp(damping);
   Eigen::VectorXd enlarged = system.S.diagonal();
   for (const auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
     const bool own = row != rows.points.end();
-    Eigen::Matrix3d V = point.linear.V;
-    V.diagonal() *= 1 + damping;
     add_point(rows, point.linear, own ? std::optional(row->second) : std::nullopt,
-              own ? V : inverse_on_range(V), system);
+              point.linear.damped_inverse(damping), system);
     for (const PointLinear::PoseBlock& pose_block : point.linear.pose_blocks) {
       enlarged.segment<6>(rows.keyframe(pose_block.keyframe)) += pose_block.H.diagonal();
     }

@@ -98,6 +98,13 @@ WindowView window_view(const Term& term, bool anchored) {
   return view;
 }
 
+/// A pixel of a known camera.
+inline WindowView window_view(const PixelTerm& term, bool /*anchored*/) {
+  WindowView view;
+  view.pixel = term;
+  return view;
+}
+
 /// The same where the calibration is estimated.
 inline WindowView window_view(const CalibratedTerm& term, bool anchored) {
   WindowView view;
