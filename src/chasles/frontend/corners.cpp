@@ -15,8 +15,8 @@ namespace {
 constexpr int kHalf = 3;  // of the window over which gradients are summed
 constexpr int kSide = 2 * kHalf + 1;
 
-/// Lengths of the rows of a box, as whole vectors: loops over them have no remainder. Columns beyond
-/// the box are computed, and not looked at.
+/// Lengths of the rows of a box, as whole vectors: loops over them have no remainder. Columns
+/// beyond the box are computed, and not looked at.
 struct RowLengths {
   explicit RowLengths(std::size_t columns) : blocks((columns + 15) / 16) {}
   std::size_t blocks;
@@ -67,8 +67,7 @@ struct ColumnSums {
   // The qualifiers exclude aliasing, so that the compiler vectorises the loop.
   void add(const std::int16_t* __restrict d_x, const std::int16_t* __restrict d_y, int sign) {
     const std::size_t columns = row.sums();
-    std::int32_t *__restrict to_xx = xx.data(), *__restrict to_yy = yy.data(),
-                             *__restrict to_xy = xy.data();
+    std::int32_t* __restrict to_xx = xx.data(), * __restrict to_yy = yy.data(), * __restrict to_xy = xy.data();
     for (std::size_t c = 0; c < columns; ++c) {
       const auto signed_x = static_cast<std::int16_t>(sign * d_x[c]);
       const auto signed_y = static_cast<std::int16_t>(sign * d_y[c]);
@@ -153,7 +152,7 @@ void keep_largest(const float* __restrict above, const float* __restrict row,
 constexpr int kReach = 4;  // half side of the window for refinement [px]
 
 constexpr int kRefined = 2 * kReach + 1;  // side of that window
-constexpr int kLanes = 16;                 // of a row of it, with a pixel around it
+constexpr int kLanes = 16;                // of a row of it, with a pixel around it
 
 /// Weights of the pixels of the window, and their offsets in x; 0 beyond it. The centre has the
 /// largest weight, because another corner may be near.

@@ -16,7 +16,8 @@ using namespace sampling;
 /// (dT/dx, dT/dy) (shift + bend o), linear in eight unknowns.
 constexpr int kUnknowns = 8;
 constexpr int kFirstBend = 4;
-/// Factors of the bend, gradients times coordinates, are divided by this: the sums fit into 32 bits.
+/// Factors of the bend, gradients times coordinates, are divided by this: the sums fit into 32
+/// bits.
 constexpr int kDivisor = 16;
 
 /// The factors of the unknowns at the pixels of the patch, and the image as the last one.

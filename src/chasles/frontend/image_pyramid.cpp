@@ -60,8 +60,8 @@ std::uint16_t weighted(int a, int b, int c, int d, int e) {
   return static_cast<std::uint16_t>(a + 4 * (b + d) + 6 * c + e);
 }
 
-// Sums of a row and its neighbours. The qualifiers exclude aliasing, so that the compiler vectorises
-// the loops.
+// Sums of a row and its neighbours. The qualifiers exclude aliasing, so that the compiler
+// vectorises the loops.
 void sum_down(const std::uint8_t* __restrict row, std::ptrdiff_t down, std::size_t columns,
               std::uint16_t* __restrict sums) {
   const std::uint8_t *above = row - down, *below = row + down;

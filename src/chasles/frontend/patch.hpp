@@ -39,14 +39,14 @@ struct Patch {
   /// Pixels in a row of a patch; those beyond its side are 0.
   static constexpr int lanes(int side) { return side <= 16 ? 16 : kMaxLanes; }
 
-  int side = 0;               ///< [px], odd
-  alignas(32) Pixels value;   ///< T - 128 [grey levels / kUnit]
-  alignas(32) Pixels d_x;     ///< dT/dx [grey levels / kUnit / px]
-  alignas(32) Pixels d_y;     ///< dT/dy, likewise
-  double mean = 0;            ///< of `value`
-  double energy = 0;          ///< sum of (value - mean)^2
-  Eigen::Vector2d overlap;    ///< component of d_x, d_y along value - mean
-  Eigen::Vector2d gradient;   ///< means of d_x, d_y
+  int side = 0;                     ///< [px], odd
+  alignas(32) Pixels value;         ///< T - 128 [grey levels / kUnit]
+  alignas(32) Pixels d_x;           ///< dT/dx [grey levels / kUnit / px]
+  alignas(32) Pixels d_y;           ///< dT/dy, likewise
+  double mean = 0;                  ///< of `value`
+  double energy = 0;                ///< sum of (value - mean)^2
+  Eigen::Vector2d overlap;          ///< component of d_x, d_y along value - mean
+  Eigen::Vector2d gradient;         ///< means of d_x, d_y
   Eigen::Matrix2d inverse_hessian;  ///< of the sum of squares, in the shift
 };
 

@@ -34,8 +34,9 @@ template <int Lanes>
 struct Region {
   static constexpr int kRow = Lanes + 8;
   static_assert(1 + 2 * kSlack <= 8);
-  // Columns beyond the patch are read, too; those beyond the end of a row are the next row's.
-  static_assert(Patch::kMaxSide / 2 + 2 + kSlack + 8 < PyramidLevel::kPad + 8);
+  // A patch with its ring and slack is inside the padding. Columns beyond it are read, too; those
+  // beyond the end of a row are the next row's.
+  static_assert(Patch::kMaxSide / 2 + 3 + kSlack < PyramidLevel::kPad);
 
   int x = 0, y = 0;  // of its first pixel in the image
   alignas(32) std::int16_t value[(Patch::kMaxSide + 3 + 2 * kSlack) * kRow];
@@ -122,8 +123,8 @@ inline std::uint16_t two_pixels(const std::uint8_t* left) {
              : static_cast<std::uint16_t>(both >> 8 | (both & 255) << 8);
 }
 
-/// Where the pixels of a bent patch are in the padded image, row by row of `Lanes`: the upper left of
-/// the four neighbours, and the weights of the others.
+/// Where the pixels of a bent patch are in the padded image, row by row of `Lanes`: the upper left
+/// of the four neighbours, and the weights of the others.
 template <int Lanes>
 struct Places {
   static constexpr int kMost = (Patch::kMaxSide + 2) * Lanes;

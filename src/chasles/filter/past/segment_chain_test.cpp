@@ -77,7 +77,7 @@ class Walk {
     carry(past, composed, all);
     expect_same(past, all_items_.recall(all));
   }
-  void forget(int below) {
+  void discard(int below) {
     std::erase_if(there_, [&](int number) { return number < below; });
   }
   int landmarks() const { return static_cast<int>(there_.size()); }
@@ -122,11 +122,11 @@ TEST(SegmentChain, ManyItemsStayInSeveralSegments) {
   walk.expect_composes();
 }
 
-TEST(SegmentChain, TheOldestLandmarksAreForgotten) {
+TEST(SegmentChain, TheOldestLandmarksAreDiscarded) {
   Walk walk(4);
   for (int i = 0; i < 30; ++i) {
     walk.step(3, i % 4);
-    walk.forget(2 * i);
+    walk.discard(2 * i);
     walk.expect_recalls();
   }
   walk.expect_composes();
