@@ -33,7 +33,7 @@ class AllItems {
   std::optional<Segment> all_;
 };
 
-void expect_same(const Carried& a, const Carried& b) {
+void expect_equal(const Carried& a, const Carried& b) {
   ASSERT_EQ(a.items.size(), b.items.size());
   for (std::size_t i = 0; i < a.items.size(); ++i) EXPECT_EQ(a.items[i].number, b.items[i].number);
   EXPECT_TRUE(test::agree(a.C, b.C, 1e-11, 1e-9));
@@ -63,11 +63,11 @@ class Walk {
     chain_.append(segment, [&](int number) { return there_.contains(number); });
     const std::vector<int> numbers = some(returning);
     for (const int number : numbers) there_.erase(number);
-    if (!numbers.empty()) expect_same(chain_.revive(numbers), all_items_.revive(numbers));
+    if (!numbers.empty()) expect_equal(chain_.revive(numbers), all_items_.revive(numbers));
   }
   void expect_recalls() const {
     const std::vector<int> all(there_.begin(), there_.end());
-    expect_same(chain_.recall(all), all_items_.recall(all));
+    expect_equal(chain_.recall(all), all_items_.recall(all));
   }
   void expect_composes() const {
     const std::vector<int> all(there_.begin(), there_.end());
@@ -75,7 +75,7 @@ class Walk {
     EXPECT_EQ(composed.starts, 0);
     Carried past;
     carry(past, composed, all);
-    expect_same(past, all_items_.recall(all));
+    expect_equal(past, all_items_.recall(all));
   }
   void discard(int below) {
     std::erase_if(there_, [&](int number) { return number < below; });
