@@ -103,7 +103,7 @@ void Return5(benchmark::State& state) {
     state.PauseTiming();
     SegmentChain copy = chain;
     state.ResumeTiming();
-    benchmark::DoNotOptimize(copy.revive(numbers));
+    benchmark::DoNotOptimize(copy.revive(numbers, [](int) { return true; }));
   }
 }
 BENCHMARK(Return5)->Arg(300)->Arg(750)->Arg(1500)->Unit(benchmark::kMillisecond);

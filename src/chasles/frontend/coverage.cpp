@@ -24,22 +24,23 @@ PixelBox box_on(std::size_t level, const PixelBox& box) {
   const int up = (1 << level) - 1;
   return {.x0 = (box.x0 + up) >> level,
           .y0 = (box.y0 + up) >> level,
-          .x1 = box.x1 >> level,
-          .y1 = box.y1 >> level};
+          .x1 = (box.x1 + up) >> level,
+          .y1 = (box.y1 + up) >> level};
 }
 
-/// The corners of level 0 near the best ones of a coarser level.
+/// The corners of level 0 near the best ones of a coarser level, in this box.
 std::vector<Corner> corners_near(const std::vector<Corner>& coarse, std::size_t level,
-                                 const PyramidLevel& image, const CoverageSettings& settings) {
+                                 const PyramidLevel& image, const PixelBox& box,
+                                 const CoverageSettings& settings) {
   constexpr std::size_t kMost = 8;
   const int reach = 1 << level;  // of a pixel of that level
   std::vector<Corner> corners;
   for (std::size_t i = 0; i < std::min(coarse.size(), kMost); ++i) {
     const Eigen::Vector2i pixel = (coarse[i].pixel * (1 << level)).cast<int>();
-    const PixelBox near{.x0 = std::max(0, pixel.x() - reach),
-                        .y0 = std::max(0, pixel.y() - reach),
-                        .x1 = std::min(image.width, pixel.x() + reach + 1),
-                        .y1 = std::min(image.height, pixel.y() + reach + 1)};
+    const PixelBox near{.x0 = std::max(box.x0, pixel.x() - reach),
+                        .y0 = std::max(box.y0, pixel.y() - reach),
+                        .x1 = std::min(box.x1, pixel.x() + reach + 1),
+                        .y1 = std::min(box.y1, pixel.y() + reach + 1)};
     const std::vector<Corner> found =
         find_corners(image, near, settings.measure, settings.min_gradient);
     if (!found.empty()) corners.push_back(found.front());
@@ -126,7 +127,8 @@ std::vector<Eigen::Vector2d> Coverage::refill(const ImagePyramid& image, const G
       const Eigen::Vector2d pixel = corner.pixel * (1 << level);
       return masked(mask, pixel) || !far_from_all(all, pixel, settings_.min_distance);
     });
-    if (level > 0) cell.corners = corners_near(cell.corners, level, image.levels[0], settings_);
+    if (level > 0)
+      cell.corners = corners_near(cell.corners, level, image.levels[0], cell.box, settings_);
     if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
     if (cell.corners.empty()) cell.pause = kPause;
     std::reverse(cell.corners.begin(), cell.corners.end());  // best one last

@@ -33,7 +33,8 @@ class Coverage {
   /// New corners for an image with the pixels `tracks`, so that the total is at most max_tracks.
   /// Repeatedly, the cell with the fewest tracks contributes its best corner. No corners where
   /// `mask` (empty, or as large as the image) is 0. In large images, corners are searched on the
-  /// finest level with at most kMostSearched pixels, and on level 0 only near the best of them.
+  /// finest level of the pyramid with at most kMostSearched pixels, or its coarsest one, and on
+  /// level 0 only near the best of them.
   std::vector<Eigen::Vector2d> refill(const ImagePyramid& image, const GrayImage& mask,
                                       const std::vector<Eigen::Vector2d>& tracks);
 

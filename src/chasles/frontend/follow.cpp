@@ -30,9 +30,12 @@ Pass fine_pass(const FollowSettings& settings) {
 /// lens can cause is not used.
 PatchShape shape_of(const Expectation& expected, float scale) {
   const Eigen::Matrix2d from_A_to = expected.to_A_from.inverse();
-  const bool usable = from_A_to.allFinite() && from_A_to.cwiseAbs().maxCoeff() < 3;
+  constexpr double kMostBow = 1;  // [1/px]
+  const Bow& bow = expected.from_bow_to;
+  const bool usable = from_A_to.allFinite() && from_A_to.cwiseAbs().maxCoeff() < 3 &&
+                      bow.allFinite() && bow.cwiseAbs().maxCoeff() < kMostBow;
   if (!usable) return {};
-  return {from_A_to.cast<float>(), expected.from_bow_to.cast<float>() / scale};
+  return {from_A_to.cast<float>(), bow.cast<float>() / scale};
 }
 
 /// Searches for the patch of `from`, given on level 0, around `estimate`; stores the patch in

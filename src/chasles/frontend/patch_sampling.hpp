@@ -188,13 +188,16 @@ inline void place_bowed(const PyramidLevel& level, const Eigen::Vector2f& centre
   }
 }
 
-/// Whether A maps a square of `Lanes` pixels and more around the centre into the padded image.
+/// Whether A maps a square of `Lanes` pixels and more around the centre into the padded image,
+/// whose coordinates in 1/65536 are whole numbers of 32 bits.
 template <int Lanes>
 inline bool maps_inside(const PyramidLevel& level, const Eigen::Vector2f& centre,
                         const Eigen::Matrix2f& A) {
   const Eigen::Vector2f reach = A.cwiseAbs().rowwise().sum() * static_cast<float>(Lanes);
   constexpr auto pad = static_cast<float>(PyramidLevel::kPad) - 2;
-  return centre.x() - reach.x() > -pad && centre.y() - reach.y() > -pad &&
+  constexpr int kMost = 32767 - 2 * PyramidLevel::kPad;
+  return level.width < kMost && level.height < kMost && centre.x() - reach.x() > -pad &&
+         centre.y() - reach.y() > -pad &&
          centre.x() + reach.x() < static_cast<float>(level.width) + pad &&
          centre.y() + reach.y() < static_cast<float>(level.height) + pad;
 }

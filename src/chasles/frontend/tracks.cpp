@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include <chasles/base/stage_clock.hpp>
@@ -69,7 +70,7 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
 
 /// The motion beyond the rotation [px/s] near a pixel of the last image, by tracks that were
 /// followed: the mean of the nearest ones, weighted by their distance. Zero where there is none.
-Eigen::Vector2d drift_near(const Eigen::Vector2d& pixel, const std::vector<Pair>& followed) {
+Eigen::Vector2d drift_near(const Eigen::Vector2d& pixel, std::span<const Pair> followed) {
   constexpr std::size_t kNeighbours = 4;
   struct Neighbour {
     double squared = std::numeric_limits<double>::infinity();  // distance [px^2]
@@ -225,9 +226,9 @@ void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
   for (const Track& last : tracks) {
     if (last.age > 1) add(last, last.drift);
   }
-  const std::vector<Pair> known = pairs;
+  const std::size_t known = pairs.size();
   for (const Track& last : tracks) {
-    if (last.age == 1) add(last, drift_near(last.pixel, known));
+    if (last.age == 1) add(last, drift_near(last.pixel, std::span(pairs).first(known)));
   }
   report.follow_seconds += clock.lap();
   if (settings.reject_outliers) reject_outliers(step, settings, pairs, report);

@@ -185,7 +185,8 @@ void Past::make_items(const std::vector<int>& numbers) {
 
 Carried Past::revive(const std::vector<int>& numbers) {
   make_items(numbers);
-  Carried revived = chain_.revive(numbers);
+  Carried revived =
+      chain_.revive(numbers, [&](int number) { return can_return(number) || is_frame(number); });
   note_returned(numbers);
   revived_.insert(revived_.end(), numbers.begin(), numbers.end());
   return revived;
@@ -273,7 +274,7 @@ void Past::give_up_older_half() {
     states += older.segment.items.size();
     recorded_bytes_ -= older.segment.bytes();
     if (!options_.recalls) continue;
-    if (!older.revived.empty()) landmarks.revive(older.revived);
+    if (!older.revived.empty()) landmarks.revive(older.revived, keeps);
     returned.insert(older.revived.begin(), older.revived.end());
     landmarks.append(of_recalled(older.segment), keeps);
   }

@@ -47,8 +47,8 @@ constexpr std::size_t kFewKeyframes = 30;
 
 // Radius of the trust region, at which steps are damped by the inverse, relative to the diagonal:
 // at the initial guess, and once the search has left a bad one. Scale and biases are so uncertain,
-// next to what is known with everything else given, that Ceres's own 1e4 took twice the steps.
-constexpr double kFirstRadius = 1e6, kArrivedRadius = 1e12;
+// next to what is known with everything else given, that Ceres's own 1e4 then takes many steps.
+constexpr double kFirstRadius = 1e4, kArrivedRadius = 1e12;
 
 // The loss of a residual in standard deviations.
 double loss_at(const ceres::LossFunction* loss, double whitened_norm) {
