@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,19 +11,27 @@
 namespace chasles::test {
 namespace {
 
+/// The shares of the pixels of a row that lie in every second field of 40 px from `first` on.
+std::vector<double> field_shares(double first, int pixels) {
+  constexpr int kFine = 16;
+  std::vector<double> shares;
+  for (int x = 0; x < pixels; ++x) {
+    int odd = 0;
+    for (int i = 0; i < kFine; ++i) {
+      odd += static_cast<int>(std::floor((x - 0.5 + (i + 0.5) / kFine - first) / 40)) & 1;
+    }
+    shares.push_back(static_cast<double>(odd) / kFine);
+  }
+  return shares;
+}
+
 /// A chess board with corners at (x0 + 40 i, y0 + 40 j); each pixel is the mean over its area.
 ImagePyramid chess_board(double x0, double y0, int width = 240, int height = 200, int levels = 1) {
   GrayImage image{.width = width, .height = height, .pixels = {}};
-  constexpr int kFine = 16;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      int white = 0;
-      for (int i = 0; i < kFine * kFine; ++i) {
-        const double a = x - 0.5 + (i % kFine + 0.5) / kFine,
-                     b = y - 0.5 + (i / kFine + 0.5) / kFine;
-        white += static_cast<int>(std::floor((a - x0) / 40) + std::floor((b - y0) / 40)) & 1;
-      }
-      image.pixels.push_back(static_cast<std::uint8_t>(40 + 160 * white / (kFine * kFine)));
+  const std::vector<double> across = field_shares(x0, width), down = field_shares(y0, height);
+  for (const double v : down) {
+    for (const double u : across) {
+      image.pixels.push_back(static_cast<std::uint8_t>(40 + 160 * (u + v - 2 * u * v)));
     }
   }
   ImagePyramid pyramid;
@@ -146,20 +155,30 @@ TEST_F(CoverageOfARoom, WithAFullBudgetAddsNothing) {
   EXPECT_TRUE(refill({.max_tracks = 150}, {}, tracks).empty());
 }
 
-// Large images are searched on a coarser level; the corners are those of the image itself.
-TEST(Coverage, OfALargeImageHasItsCornersToATenthOfAPixel) {
-  for (const auto& [width, height] : {std::pair{1000, 800}, {1960, 1320}}) {
+// Large images are searched on a coarser level; all corners of the image itself are found, also
+// those between two cells, and none at its border.
+TEST(Coverage, OfALargeImageHasAllCornersToATenthOfAPixel) {
+  for (const auto& [width, height] : {std::pair{1000, 800}, {1224, 1024}, {2048, 1536}}) {
     ASSERT_GT(width * height, Coverage::kMostSearched);
-    const Eigen::Vector2d origin(20.3, 17.8);
+    const Eigen::Vector2d origin(5.3, 17.8);
     const ImagePyramid board = chess_board(origin.x(), origin.y(), width, height, 4);
-    Coverage coverage({.max_tracks = 200}, width, height);
-    const auto corners = coverage.refill(board, {}, {});
-    EXPECT_EQ(corners.size(), 200U);
+    Coverage coverage({.max_tracks = 5000}, width, height);
+    std::vector<Eigen::Vector2d> corners;
+    for (int search = 0; search < 6; ++search) {
+      const auto more = coverage.refill(board, {}, corners);
+      corners.insert(corners.end(), more.begin(), more.end());
+    }
     for (const Eigen::Vector2d& corner : corners) {
       const Eigen::Vector2d field = (corner - origin) / 40;
       const Eigen::Vector2d nearest(std::round(field.x()), std::round(field.y()));
       EXPECT_LT((field - nearest).norm() * 40, 0.15) << corner.transpose();
+      EXPECT_GT(corner.x(), 8);
     }
+    const auto inside = [](double first, int pixels) {  // the first one is at the border
+      return static_cast<int>((pixels - 9 - first) / 40) + 1 - (first < 8 ? 1 : 0);
+    };
+    EXPECT_EQ(std::ssize(corners), inside(origin.x(), width) * inside(origin.y(), height))
+        << width << " x " << height;
   }
 }
 

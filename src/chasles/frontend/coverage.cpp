@@ -28,21 +28,23 @@ PixelBox box_on(std::size_t level, const PixelBox& box) {
           .y1 = (box.y1 + up) >> level};
 }
 
-/// The corners of level 0 near the best ones of a coarser level, in this box.
+/// The corners of level 0 near the best ones of a coarser level, in this box. Where the measure has
+/// a plateau, its maxima on both levels are at different places, so the coarse ones are refined.
 std::vector<Corner> corners_near(const std::vector<Corner>& coarse, std::size_t level,
-                                 const PyramidLevel& image, const PixelBox& box,
+                                 const ImagePyramid& image, const PixelBox& box,
                                  const CoverageSettings& settings) {
   constexpr std::size_t kMost = 8;
-  const int reach = 1 << level;  // of a pixel of that level
+  const int reach = 2 << level;  // two pixels of that level
   std::vector<Corner> corners;
   for (std::size_t i = 0; i < std::min(coarse.size(), kMost); ++i) {
-    const Eigen::Vector2i pixel = (coarse[i].pixel * (1 << level)).cast<int>();
+    const Eigen::Vector2d refined = refine_corner(image.levels[level], coarse[i].pixel);
+    const Eigen::Vector2i pixel = (refined * (1 << level)).cast<int>();
     const PixelBox near{.x0 = std::max(box.x0, pixel.x() - reach),
                         .y0 = std::max(box.y0, pixel.y() - reach),
                         .x1 = std::min(box.x1, pixel.x() + reach + 1),
                         .y1 = std::min(box.y1, pixel.y() + reach + 1)};
     const std::vector<Corner> found =
-        find_corners(image, near, settings.measure, settings.min_gradient);
+        find_corners(image.levels[0], near, settings.measure, settings.min_gradient);
     if (!found.empty()) corners.push_back(found.front());
   }
   std::ranges::stable_sort(corners, std::greater{}, &Corner::score);
@@ -62,6 +64,7 @@ bool masked(const GrayImage& mask, const Eigen::Vector2d& pixel) {
 Coverage::Coverage(const CoverageSettings& settings, int width, int height)
     : settings_(settings), width_(width), height_(height) {
   const int border = static_cast<int>(std::ceil(settings.border));
+  inside_ = {.x0 = border, .y0 = border, .x1 = width - border, .y1 = height - border};
   const auto edge = [](int i, int cells, int size) { return size * i / cells; };
   for (int r = 0; r < settings.rows; ++r) {
     for (int c = 0; c < settings.columns; ++c) {
@@ -127,8 +130,7 @@ std::vector<Eigen::Vector2d> Coverage::refill(const ImagePyramid& image, const G
       const Eigen::Vector2d pixel = corner.pixel * (1 << level);
       return masked(mask, pixel) || !far_from_all(all, pixel, settings_.min_distance);
     });
-    if (level > 0)
-      cell.corners = corners_near(cell.corners, level, image.levels[0], cell.box, settings_);
+    if (level > 0) cell.corners = corners_near(cell.corners, level, image, inside_, settings_);
     if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
     if (cell.corners.empty()) cell.pause = kPause;
     std::reverse(cell.corners.begin(), cell.corners.end());  // best one last

@@ -52,6 +52,7 @@ class Coverage {
 
   CoverageSettings settings_;
   int width_ = 0, height_ = 0;
+  PixelBox inside_;  // without the border
   std::vector<Cell> cells_;
 };
 

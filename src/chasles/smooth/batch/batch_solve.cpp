@@ -45,11 +45,6 @@ class WithoutOpenMp {
 // keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
 
-// Radius of the trust region, at which steps are damped by the inverse, relative to the diagonal:
-// at the initial guess, and once the search has left a bad one. Scale and biases are so uncertain,
-// next to what is known with everything else given, that Ceres's own 1e4 then takes many steps.
-constexpr double kFirstRadius = 1e4, kArrivedRadius = 1e12;
-
 // The loss of a residual in standard deviations.
 double loss_at(const ceres::LossFunction* loss, double whitened_norm) {
   const double square = whitened_norm * whitened_norm;
@@ -121,8 +116,9 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   report.solver = solver_for(problem, *settings_);
   const int steps = std::max(settings_->max_iterations - report.iterations, 0);
   ceres::Solver::Options options = options_for(problem, steps, tolerance, report.solver);
+  // Keeps the previous radius: after a restart, uncertain directions would take a dozen steps.
   options.initial_trust_region_radius =
-      arrived_ ? std::max(kArrivedRadius, trust_radius_) : kFirstRadius;
+      std::max(options.initial_trust_region_radius, trust_radius_);
   StopBetweenSteps between_steps(stop_);
   options.callbacks.push_back(&between_steps);
   ceres::Solver::Summary summary;
@@ -136,7 +132,6 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   report.final_cost = summary.final_cost;
   for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
   report.converged = summary.termination_type == ceres::CONVERGENCE;
-  arrived_ = report.converged;
   report.end = summary.message;
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
     throw Error(ExitCode::kDiverged,

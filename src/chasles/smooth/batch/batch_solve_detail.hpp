@@ -32,7 +32,6 @@ class Search {
   BatchReport* report_;
   StopRequest stop_;
   double trust_radius_ = 0;  ///< radius of the trust region after the last step
-  bool arrived_ = false;     ///< whether it has left a bad initial guess
 };
 
 /// The error chart of the steps: batch.chart, or that of the filter.
