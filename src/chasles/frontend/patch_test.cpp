@@ -108,6 +108,22 @@ TEST_P(PatchOfSide, IsFoundWhereItsLinesAreBowed) {
   EXPECT_TRUE(!biased || (biased->centre - kCentre).norm() > 0.1F);
 }
 
+// The sums of the products are the largest that there are.
+TEST_P(PatchOfSide, OfBlackAndWhitePixelsFitsItself) {
+  const ImagePyramid image = image_of([](double x, double y) {
+    const auto i = static_cast<unsigned>(x), j = static_cast<unsigned>(y);
+    return ((i * 2654435761U ^ j * 2246822519U) >> 13 & 1U) != 0 ? 255.0 : 0.0;
+  });
+  const Eigen::Vector2f centre(60, 45);
+  Patch patch;
+  ASSERT_TRUE(make_patch(image.levels[0], centre, PatchShape{}, GetParam(), 1, patch));
+  EXPECT_GT(patch.energy, 0.9 * 127 * 127 * Patch::kUnit * Patch::kUnit * GetParam() * GetParam());
+  EXPECT_GT(correlation(patch, image.levels[0], centre), 0.999F);
+  const auto found = align(patch, image.levels[0], centre, 20, 0.005F);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->centre - centre).norm(), 0.01F);
+}
+
 class BendOfSide : public PatchOfSide {};
 
 // Repeated, down to the error of the interpolation between pixels.
