@@ -105,7 +105,7 @@ Minimum minimise(const MotionWindow& window, const MotionWeights& weights, Motio
       damping = std::max(1e-6, 10 * damping);
       continue;
     }
-    settle_points(window, weights, next->motion);
+    optimise_points(window, weights, next->motion);
     MotionSystem there = linearise(window, next->between, weights, next->motion);
     if (!(there.cost < best.system.cost)) {
       if (there.cost < (1 + kConverged) * best.system.cost) break;

@@ -298,8 +298,8 @@ MotionSystem linearise(const MotionWindow& window, const std::vector<Preintegrat
   return system;
 }
 
-void settle_points(const MotionWindow& window, const MotionWeights& weights,
-                   MotionUnknowns& motion) {
+void optimise_points(const MotionWindow& window, const MotionWeights& weights,
+                     MotionUnknowns& motion) {
   constexpr int kIterations = 3;
   constexpr double kConverged = 1e-3;  // decrease of the cost, relative to the cost
   for (std::size_t i = 0; i < window.tracks.size(); ++i) {
