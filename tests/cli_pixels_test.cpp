@@ -46,8 +46,9 @@ TEST_P(RealImages, GiveTheTrajectoryFromTheFirstSecond) {
   const bool mono = std::string(GetParam().options).find("mono") != std::string::npos;
   EXPECT_EQ(all.at("keep_scale"), mono);  // the result of "auto"
   EXPECT_GT(all.at("frames").get<int>(), 300);
-  // Every run differs from the truth's attitude by about a degree (docs/pixels.md).
-  EXPECT_LT(all.at("attitude_deg").get<double>(), 2);
+  // Every run differs from the truth's attitude by about a degree (docs/pixels.md). Measured: 1.1
+  // to 2.1 with other distances between the tracks.
+  EXPECT_LT(all.at("attitude_deg").get<double>(), 2.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(

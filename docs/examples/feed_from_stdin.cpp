@@ -89,24 +89,26 @@ int run(const std::string& calibration_file, bool wait) {
   const chasles::SensorCalibration calibration = chasles::read_sensor_calibration(calibration_file);
   Arrivals arrivals;
   std::size_t estimates = 0;
-  // The callback is called on the estimator's thread, and after the constructor below alone.
+  // Called on the estimator's thread, and after the constructor below alone; at last with what
+  // finish() gives.
   chasles::RealtimeSlam* counted = nullptr;
+  const auto print = [&](std::span<const chasles::Estimate> some) {
+    for (const chasles::Estimate& e : some) {
+      ++estimates;
+      const Eigen::Vector3d& p = e.world_T_imu.p;
+      const double sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt().maxCoeff();
+      std::printf("%.3f  %.3f %.3f %.3f  %.3f  %.1f %zu\n", chasles::to_seconds(e.time), p.x(),
+                  p.y(), p.z(), sigma, arrivals.milliseconds_since(e.time),
+                  counted->counts().dropped);
+    }
+    std::fflush(stdout);
+  };
   chasles::RealtimeSlam slam(
       std::make_unique<chasles::VisualInertialSlam>(
           calibration.cameras, calibration.imu_noise, chasles::InertialRunSettings{},
           chasles::ImuBuffer::Options{.convention = calibration.imu_convention}),
       {.most_images = wait ? 0 : kMostImages},
-      [&](std::span<const chasles::Estimate> some, chasles::VisualInertialSlam&) {
-        for (const chasles::Estimate& e : some) {
-          ++estimates;
-          const Eigen::Vector3d& p = e.world_T_imu.p;
-          const double sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt().maxCoeff();
-          std::printf("%.3f  %.3f %.3f %.3f  %.3f  %.1f %zu\n", chasles::to_seconds(e.time), p.x(),
-                      p.y(), p.z(), sigma, arrivals.milliseconds_since(e.time),
-                      counted->counts().dropped);
-        }
-        std::fflush(stdout);
-      });
+      [&](std::span<const chasles::Estimate> some, chasles::VisualInertialSlam&) { print(some); });
   counted = &slam;
 
   std::string line;
@@ -135,7 +137,7 @@ int run(const std::string& calibration_file, bool wait) {
                                 "', expected imu TIME WX WY WZ FX FY FZ, or images TIME");
     }
   }
-  slam.finish();
+  print(slam.finish());  // of the images that waited for further samples
   std::string why;
   slam.ask([&](chasles::VisualInertialSlam& s) { why = s.estimator().why_not_started(); });
   const chasles::RealtimeSlam::Counts images = slam.counts();

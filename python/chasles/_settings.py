@@ -53,11 +53,11 @@ class StartSettings(TypedDict, total=False):
     min_stereo_window: float
     """the same where two cameras observe the same tracks [s]; default 0.6"""
     max_window: float
-    """longest window: older data are dropped [s]; default 3"""
+    """longest window: older data are dropped [s]; default 5"""
     attempt_frames: int
     """a start is attempted at every n-th frame; default 5"""
     keyframes: int
-    """number of frames of the window that are used; default 12"""
+    """number of frames of the window that are used; default 20"""
     max_tracks: int
     """maximum number that is used, those with most views; default 60"""
     min_tracks: int
@@ -183,7 +183,7 @@ class BatchSettings(TypedDict, total=False):
     """maximum number of Gauss-Newton steps of a window per frame; default 2"""
     window_precision: float
     """there are fewer where the window's minimum is predicted to be nearer than this, in standard deviations; 0: by
-    batch.tolerance alone [1]; default 0.05"""
+    batch.tolerance alone; default 0.05"""
 
 
 class ReaderSettings(TypedDict, total=False):
