@@ -1,10 +1,8 @@
 #include <algorithm>
-#include <memory>
 #include <utility>
 
-#include <Eigen/QR>
-
 #include <chasles/filter/dense.hpp>
+#include <chasles/filter/past/connections.hpp>
 #include <chasles/filter/past/fixed_interval.hpp>
 
 namespace chasles {
@@ -14,130 +12,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index kLandmark = 3;  // rows
-
-// The landmarks that return have places by the order of their numbers. They leave in that order, so
-// those that have left by some time are the first.
-class Places {
- public:
-  explicit Places(const std::vector<Stretch>& stretches) {
-    for (const Stretch& one : stretches) {
-      numbers_.insert(numbers_.end(), one.revived->begin(), one.revived->end());
-    }
-    std::ranges::sort(numbers_);
-  }
-  const std::vector<int>& numbers() const { return numbers_; }
-  Index rows() const { return kLandmark * static_cast<Index>(numbers_.size()); }
-  std::vector<Index> of(const std::vector<int>& numbers) const {
-    std::vector<Index> rows;
-    for (const int number : numbers) {
-      const Index place = std::ranges::lower_bound(numbers_, number) - numbers_.begin();
-      for (Index i = 0; i < kLandmark; ++i) rows.push_back(kLandmark * place + i);
-    }
-    return rows;
-  }
-
- private:
-  std::vector<int> numbers_;
-};
-
-// At the start of a segment: the cross-covariance U K of the landmarks that return, as far as they
-// have left, with its starts. Few directions of the state connect it with what left long before, so
-// U has few columns. The rows of those that have returned already are of no use.
-struct Connection {
-  std::shared_ptr<const MatrixXd> U_and_more;  // shared by successive segments
-  Index left = 0;                              // rows of U
-  MatrixXd K;
-
-  auto U() const { return U_and_more->topLeftCorner(left, K.rows()); }
-};
-
-// Forwards through the segments.
-class Connections {
- public:
-  explicit Connections(const Places& places)
-      : places_(places),
-        P_(MatrixXd::Zero(places.rows(), places.rows())),
-        U_(std::make_shared<MatrixXd>(places.rows(), 0)) {}
-
-  Connection at_start(const Stretch& stretch) {
-    const std::vector<Index> now = places_.of(*stretch.revived);
-    const auto m = static_cast<Index>(now.size());
-    if (m > 0) {
-      make_room(m);
-      const Index r = K_.rows();
-      add_columns(P_(Eigen::seqN(0, left_), now));
-      MatrixXd K = MatrixXd::Zero(r + m, K_.cols() + m);
-      K.topLeftCorner(r, K_.cols()) = K_;
-      K.bottomRightCorner(m, m).setIdentity();
-      K_ = std::move(K);
-    }
-    return {.U_and_more = U_, .left = left_, .K = K_};
-  }
-
-  void go_through(const Segment& segment) {
-    const std::vector<Index> leaving = variables_of(segment, places_.numbers());
-    const auto l = static_cast<Index>(leaving.size());
-    make_room(l);
-    const Index n = segment.starts, r = K_.rows(), before = left_;
-    MatrixXd K(r + l, segment.X.rows());
-    if (r > 0) {
-      const MatrixXd U = U_->topLeftCorner(before, r), U_transposed = U.transpose();
-      const MatrixXd by_G = dense::product(K_, segment.G.topRows(n));
-      const MatrixXd K_transposed = K_.transpose(), by_start = segment.X.leftCols(n).transpose();
-      const MatrixXd change = dense::product(by_G.leftCols(n), K_transposed);
-      dense::add_product(1, dense::product(U, change), U_transposed,
-                         P_.topLeftCorner(before, before));
-      P_.block(0, before, before, l) = U * by_G(Eigen::all, leaving);
-      P_.block(before, 0, l, before) = P_.block(0, before, before, l).transpose();
-      dense::multiply(K_, by_start, K.topRows(r));
-    }
-    P_.block(before, before, l, l) = segment.G(leaving, leaving);
-    K.bottomRows(l) = segment.X(Eigen::all, leaving).transpose();
-    left_ += l;
-    MatrixXd own = MatrixXd::Zero(left_, l);
-    own.bottomRows(l).setIdentity();
-    add_columns(own);
-    K_ = std::move(K);
-  }
-
- private:
-  // Columns that no earlier segment has in its U.
-  void add_columns(const MatrixXd& columns) {
-    U_->block(0, K_.rows(), columns.rows(), columns.cols()) = columns;
-  }
-
-  // Directions of the state that the others explain to 1e-12 are left out.
-  void make_room(Index columns) {
-    constexpr double kExplained = 1e-12;
-    constexpr Index kRoom = 60;
-    if (K_.rows() + columns <= U_->cols()) return;
-    MatrixXd U(left_, 0);
-    if (K_.rows() > 0) {
-      const Eigen::VectorXd scale = K_.cwiseAbs().colwise().maxCoeff().transpose().cwiseMax(1e-100);
-      Eigen::ColPivHouseholderQR<MatrixXd> qr;
-      qr.setThreshold(kExplained);
-      qr.compute(scale.cwiseInverse().asDiagonal() * K_.transpose());
-      const Index rank = qr.rank();
-      MatrixXd R = qr.matrixR().topRows(rank);
-      R.triangularView<Eigen::StrictlyLower>().setZero();
-      const MatrixXd of_kept = qr.colsPermutation() * R.transpose();
-      const MatrixXd Q = qr.householderQ() * MatrixXd::Identity(K_.cols(), rank);
-      U = dense::product(U_->topLeftCorner(left_, K_.rows()), of_kept);
-      K_ = Q.transpose() * scale.asDiagonal();
-    }
-    U_ = std::make_shared<MatrixXd>(
-        MatrixXd::Zero(places_.rows(), U.cols() + std::max(kRoom, columns)));
-    U_->topLeftCorner(left_, U.cols()) = U;
-  }
-
-  const Places& places_;
-  MatrixXd P_;  // covariance of those that have left
-  std::shared_ptr<MatrixXd> U_;
-  MatrixXd K_;  // of the end
-  Index left_ = 0;
-};
-
 // What later measurements do to errors o with the cross-covariance C with the rows of the state and
 // with the landmarks that have left and return later: correction C g, change of the covariance
 // C G C^T.
@@ -146,7 +20,29 @@ struct Later {
   VectorXd g, g_places;
 };
 
-// From the start of a segment to the end of the one before: what returned there is at its place.
+Later without_measurements(Index rows, Index places) {
+  return {.of_state = MatrixXd::Zero(rows, rows),
+          .by_places = MatrixXd::Zero(places, rows),
+          .of_places = MatrixXd::Zero(places, places),
+          .g = VectorXd::Zero(rows),
+          .g_places = VectorXd::Zero(places)};
+}
+
+// To so many places as they were before they were numbered anew. Those that were given up then had
+// returned: no later measurement concerns them but through the state.
+void renumber(const std::vector<Index>& before, Index places, Later& later) {
+  const auto kept = static_cast<Index>(before.size());
+  Later result = without_measurements(0, places);
+  result.of_places(before, before) = later.of_places.topLeftCorner(kept, kept);
+  result.g_places(before) = later.g_places.head(kept);
+  result.by_places = MatrixXd::Zero(places, later.g.size());
+  result.by_places(before, Eigen::all) = later.by_places.topRows(kept);
+  later.by_places = std::move(result.by_places);
+  later.of_places = std::move(result.of_places);
+  later.g_places = std::move(result.g_places);
+}
+
+// What returned at the start of a segment is at its place.
 void put_at_places(const std::vector<Index>& places, Later& later) {
   const auto m = static_cast<Index>(places.size()), n = later.g.size() - m;
   if (m == 0) return;
@@ -258,25 +154,20 @@ SmoothedState without_rounding(SmoothedState state) {
 
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
   if (stretches.empty()) return {};
-  const Places places(stretches);
-  Connections forwards(places);
-  std::vector<Connection> connections;
-  for (const Stretch& stretch : stretches) {
-    connections.push_back(forwards.at_start(stretch));
-    forwards.go_through(*stretch.segment);
-  }
-  const Index end = stretches.back().segment->X.rows(), d = places.rows();
-  Later later{.of_state = MatrixXd::Zero(end, end),
-              .by_places = MatrixXd::Zero(d, end),
-              .of_places = MatrixXd::Zero(d, d),
-              .g = VectorXd::Zero(end),
-              .g_places = VectorXd::Zero(d)};
+  const std::vector<int> returning = returning_numbers(stretches);
+  std::vector<Connection> connections = connections_of(stretches);
+  Later later = without_measurements(stretches.back().segment->X.rows(), connections.back().places());
   std::vector<SmoothedState> result;
-  for (std::size_t i = stretches.size(); i-- > 0;) {
+  while (!connections.empty()) {
+    const Stretch& stretch = stretches[connections.size() - 1];
+    const Connection connection = std::move(connections.back());
+    connections.pop_back();
     const std::vector<SmoothedState> items =
-        go_back(*stretches[i].segment, connections[i], places.numbers(), later);
-    put_at_places(places.of(*stretches[i].revived), later);
+        go_back(*stretch.segment, connection, returning, later);
     result.insert(result.end(), items.rbegin(), items.rend());
+    if (connections.empty()) break;
+    if (connection.before) renumber(*connection.before, connections.back().places(), later);
+    put_at_places(connection.returned, later);
   }
   std::ranges::reverse(result);
   return result;

@@ -12,10 +12,37 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatrixXd stacked(const MatrixXd& upper, const MatrixXd& lower) {
-  MatrixXd result(upper.rows() + lower.rows(), upper.cols());
-  result << upper, lower;
+using Part = std::shared_ptr<const MatrixXd>;
+
+MatrixXd side_by_side(const MatrixXd& left, const MatrixXd& right) {
+  MatrixXd result(left.rows(), left.cols() + right.cols());
+  result << left, right;
   return result;
+}
+
+// All further rows of the end: variables x rows.
+MatrixXd more_of(const PassedSegment& segment) {
+  MatrixXd all(segment.segment->g.size(), segment.more_rows());
+  Index at = 0;
+  for (const Part& part : segment.more) {
+    all.middleCols(at, part->cols()) = *part;
+    at += part->cols();
+  }
+  return all;
+}
+
+void set_more(MatrixXd more, PassedSegment& segment) {
+  segment.more.clear();
+  if (more.cols() > 0) segment.more.push_back(std::make_shared<const MatrixXd>(std::move(more)));
+}
+
+// Few parts, none of which is copied often: each is larger than the next.
+void append_more(MatrixXd more, PassedSegment& segment) {
+  while (!segment.more.empty() && segment.more.back()->cols() <= more.cols()) {
+    more = side_by_side(*segment.more.back(), more);
+    segment.more.pop_back();
+  }
+  segment.more.push_back(std::make_shared<const MatrixXd>(std::move(more)));
 }
 
 // Columns of zeros, from the column `at` on.
@@ -35,10 +62,12 @@ Segment with_first(const PassedSegment& segment, Index count) {
       segment.from.begin(), segment.from.begin() + count, [](Index from) { return from >= 0; }));
   Segment result{.starts = n + passing,
                  .items = own.items,
-                 .X = with_columns(stacked(own.X, segment.more.topRows(count)), n, passing),
+                 .X = MatrixXd(own.X.rows() + count, own.X.cols() + passing),
                  .G = with_columns(own.G, n, passing),
                  .g = VectorXd::Zero(own.g.size() + passing),
                  .length = own.length};
+  result.X << with_columns(own.X, n, passing),
+      with_columns(more_of(segment).leftCols(count).transpose(), n, passing);
   for (Index i = 0; i < count; ++i) {
     const Index from = segment.from[static_cast<std::size_t>(i)];
     if (from >= 0) result.X(own.X.rows() + i, n + from) = 1;
@@ -52,23 +81,25 @@ Segment with_first(const PassedSegment& segment, Index count) {
 }  // namespace
 
 void carry(Carried& past, const PassedSegment& segment, const std::vector<int>& numbers) {
-  const Index n = segment.segment->starts, r = past.rows(), more = segment.more.rows();
+  const Index n = segment.segment->starts, r = past.rows(), more = segment.more_rows();
   const MatrixXd before = std::move(past.C);
   if (r > 0) past.C = before.leftCols(n);
   carry(past, *segment.segment, numbers);
   if (more == 0) return;
   MatrixXd C(past.rows(), segment.rows());
-  C.leftCols(past.C.cols()) = past.C;
-  if (r > 0) {
-    const MatrixXd by_starts = segment.more.leftCols(n).transpose();
-    dense::multiply(before.leftCols(n), by_starts, C.topRightCorner(r, more));
-    for (Index i = 0; i < more; ++i) {
-      const Index from = segment.from[static_cast<std::size_t>(i)];
-      if (from >= 0) C.col(C.cols() - more + i).head(r) += before.col(n + from);
-    }
-  }
+  Index at = past.C.cols();
+  C.leftCols(at) = past.C;
   const std::vector<Index> items = variables_of(*segment.segment, numbers);
-  C.bottomRightCorner(past.rows() - r, more) = segment.more(Eigen::all, items).transpose();
+  for (const Part& part : segment.more) {
+    auto columns = C.middleCols(at, part->cols());
+    if (r > 0) dense::multiply(before.leftCols(n), part->topRows(n), columns.topRows(r));
+    columns.bottomRows(past.rows() - r) = (*part)(items, Eigen::all);
+    at += part->cols();
+  }
+  at -= more;
+  for (std::size_t i = 0; i < segment.from.size() && r > 0; ++i, ++at) {
+    if (segment.from[i] >= 0) C.col(at).head(r) += before.col(n + segment.from[i]);
+  }
   past.C = std::move(C);
 }
 
@@ -77,14 +108,15 @@ PassedSegment with_returned(const PassedSegment& segment, const Carried& past,
   const Segment& own = *segment.segment;
   const std::vector<Index> items = variables_of(own, numbers);
   const Index r = past.rows(), k = static_cast<Index>(items.size()), n = own.starts;
-  if (r + k == 0) return segment;
-  MatrixXd returned(r + k, own.g.size());
+  PassedSegment result = segment;
+  if (r + k == 0) return result;
+  MatrixXd returned(own.g.size(), r + k);
   if (r > 0) {
-    dense::multiply(past.C.leftCols(n), own.G.topRows(n), returned.topRows(r));
+    const MatrixXd C = past.C.leftCols(n).transpose();
+    dense::multiply(own.G.leftCols(n), C, returned.leftCols(r));
   }
-  returned.bottomRows(k) = own.G(items, Eigen::all);
-  PassedSegment result{
-      .segment = segment.segment, .more = stacked(segment.more, returned), .from = segment.from};
+  returned.rightCols(k) = own.G(Eigen::all, items);
+  append_more(std::move(returned), result);
   for (Index i = 0; i < r; ++i) result.from.push_back(past.C.cols() - n + i);
   result.from.resize(result.from.size() + items.size(), -1);
   return result;
@@ -95,23 +127,28 @@ PassedSegment with_returned(const PassedSegment& segment, const Carried& past,
 PassedSegment compose(const PassedSegment& older, const PassedSegment& younger) {
   const Index first = younger.segment->starts - older.segment->X.rows();
   const Segment before = with_first(older, first);
-  const Index n = before.starts, passing = n - older.segment->starts;
-  const Index starts = younger.segment->starts, more = younger.more.rows();
+  const Index passing = before.starts - older.segment->starts;
+  const Index starts = younger.segment->starts, q = before.g.size();
   PassedSegment result{
       .segment = std::make_shared<const Segment>(compose(before, *younger.segment)),
-      .more = MatrixXd(more, before.g.size() + younger.more.cols() - starts),
       .from = younger.from};
-  result.more << dense::product(younger.more.leftCols(starts), before.X),
-      younger.more.rightCols(younger.more.cols() - starts);
-  const MatrixXd passed = with_columns(older.more.bottomRows(older.more.rows() - first),
-                                       older.segment->starts, passing);
-  for (Index i = 0; i < more; ++i) {
+  if (younger.from.empty()) return result;
+  MatrixXd more(result.segment->g.size(), younger.more_rows());
+  const MatrixXd passed = more_of(younger), X_transposed = before.X.transpose();
+  dense::multiply(X_transposed, passed.topRows(starts), more.topRows(q));
+  more.bottomRows(more.rows() - q) = passed.bottomRows(more.rows() - q);
+  const MatrixXd of_older = more_of(older);
+  const Index n = older.segment->starts, own = of_older.rows() - n;
+  for (Index i = 0; i < more.cols(); ++i) {
     Index& from = result.from[static_cast<std::size_t>(i)];
     if (from < 0) continue;
-    result.more.row(i).head(passed.cols()) += passed.row(from);
+    const auto row = of_older.col(first + from);
+    more.col(i).head(n) += row.head(n);
+    more.col(i).segment(n + passing, own) += row.tail(own);
     from = older.from[static_cast<std::size_t>(first + from)];
     if (from >= 0) from -= passing;
   }
+  set_more(std::move(more), result);
   return result;
 }
 
@@ -120,19 +157,21 @@ PassedSegment with_items(const PassedSegment& segment, const std::vector<int>& n
   std::iota(variables.begin(), variables.end(), Index{0});
   const std::vector<Index> items = variables_of(*segment.segment, numbers);
   variables.insert(variables.end(), items.begin(), items.end());
-  return {.segment = std::make_shared<const Segment>(with_items(*segment.segment, numbers)),
-          .more = segment.more(Eigen::all, variables),
-          .from = segment.from};
+  PassedSegment result{
+      .segment = std::make_shared<const Segment>(with_items(*segment.segment, numbers)),
+      .from = segment.from};
+  set_more(more_of(segment)(variables, Eigen::all), result);
+  return result;
 }
 
 PassedSegment with_derived(const PassedSegment& segment, int source,
                            const std::vector<DerivedItem>& derived) {
   Segment all = *segment.segment;
-  const Index rows = all.X.rows();
-  all.X = stacked(all.X, segment.more);
+  const Index rows = all.X.rows(), more = segment.more_rows();
+  all.X = side_by_side(all.X.transpose(), more_of(segment)).transpose();
   all = with_derived(all, source, derived);
-  PassedSegment result{
-      .segment = {}, .more = all.X.bottomRows(segment.more.rows()), .from = segment.from};
+  PassedSegment result{.segment = {}, .from = segment.from};
+  set_more(all.X.bottomRows(more).transpose(), result);
   all.X = all.X.topRows(rows).eval();
   result.segment = std::make_shared<const Segment>(std::move(all));
   return result;
@@ -147,11 +186,12 @@ PassedSegment without_starts(const PassedSegment& segment) {
                .G = own.G.bottomRightCorner(q, q),
                .g = own.g.tail(q),
                .length = own.length};
-  return {.segment = std::make_shared<const Segment>(std::move(rest)),
-          .more = segment.more.rightCols(q),
-          .from = std::vector<Index>(segment.from.size(), -1)};
+  PassedSegment result{.segment = std::make_shared<const Segment>(std::move(rest)),
+                       .from = std::vector<Index>(segment.from.size(), -1)};
+  set_more(more_of(segment).bottomRows(q), result);
+  return result;
 }
 
-Segment whole(const PassedSegment& segment) { return with_first(segment, segment.more.rows()); }
+Segment whole(const PassedSegment& segment) { return with_first(segment, segment.more_rows()); }
 
 }  // namespace chasles

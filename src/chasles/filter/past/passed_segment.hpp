@@ -19,13 +19,16 @@ namespace chasles {
 /// C_passing if it passes (docs/map.md).
 struct PassedSegment {
   std::shared_ptr<const Segment> segment;
-  Eigen::MatrixXd more = {};  ///< rows of the end, after those of X; x variables
+  /// Further rows of the end, after those of X: variables x rows, in parts that copies share.
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> more = {};
   std::vector<Eigen::Index> from =
       {};  ///< their places among the passing rows of the start; -1: none
 
-  Eigen::Index rows() const { return segment->X.rows() + more.rows(); }  ///< of the end
+  Eigen::Index more_rows() const { return static_cast<Eigen::Index>(from.size()); }
+  Eigen::Index rows() const { return segment->X.rows() + more_rows(); }  ///< of the end
   std::size_t bytes() const {
-    return segment->bytes() + sizeof(double) * static_cast<std::size_t>(more.size());
+    return segment->bytes() + sizeof(double) * static_cast<std::size_t>(segment->g.size()) *
+                                  static_cast<std::size_t>(more_rows());
   }
 };
 

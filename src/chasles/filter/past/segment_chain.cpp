@@ -54,9 +54,8 @@ void SegmentChain::begin_with_items(const Keeps& keeps) {
 // As a binary counter carries: each segment takes part in few compositions. Where items have
 // returned, older segments become few enough, too.
 void SegmentChain::append(Segment segment, const Keeps& keeps) {
-  PassedSegment latest{.segment = {}, .more = MatrixXd(0, segment.g.size())};
-  latest.segment = std::make_shared<const Segment>(std::move(segment));
-  segments_.push_back(std::make_shared<const PassedSegment>(std::move(latest)));
+  segments_.push_back(std::make_shared<const PassedSegment>(
+      PassedSegment{.segment = std::make_shared<const Segment>(std::move(segment))}));
   begin_with_items(keeps);
   for (std::size_t older = segments_.size() - 1; older-- > 0;) {
     const bool in_order = segments_[older]->segment->length > segments_[older + 1]->segment->length;
