@@ -52,27 +52,36 @@ MatrixXd with_columns(const MatrixXd& M, Index at, Index count) {
   return result;
 }
 
+// Of the first `count` of its further rows, those that only pass.
+Index passing(const PassedSegment& segment, Index count) {
+  return static_cast<Index>(std::count_if(segment.from.begin(), segment.from.begin() + count,
+                                          [](Index from) { return from >= 0; }));
+}
+
+// Further rows of the older one's end that the younger one begins with.
+Index rows_between(const PassedSegment& older, const PassedSegment& younger) {
+  return younger.segment->starts - older.segment->X.rows();
+}
+
 // The first `count` of the further rows of the end are rows of X, and those at the start from which
 // they come are starts. Landmarks that returned earlier pass earlier, so these are the first.
 Segment with_first(const PassedSegment& segment, Index count) {
   const Segment& own = *segment.segment;
   if (count == 0) return own;
-  const Index n = own.starts;
-  const auto passing = static_cast<Index>(std::count_if(
-      segment.from.begin(), segment.from.begin() + count, [](Index from) { return from >= 0; }));
-  Segment result{.starts = n + passing,
+  const Index n = own.starts, more = passing(segment, count);
+  Segment result{.starts = n + more,
                  .items = own.items,
-                 .X = MatrixXd(own.X.rows() + count, own.X.cols() + passing),
-                 .G = with_columns(own.G, n, passing),
-                 .g = VectorXd::Zero(own.g.size() + passing),
+                 .X = MatrixXd(own.X.rows() + count, own.X.cols() + more),
+                 .G = with_columns(own.G, n, more),
+                 .g = VectorXd::Zero(own.g.size() + more),
                  .length = own.length};
-  result.X << with_columns(own.X, n, passing),
-      with_columns(more_of(segment).leftCols(count).transpose(), n, passing);
+  result.X << with_columns(own.X, n, more),
+      with_columns(more_of(segment).leftCols(count).transpose(), n, more);
   for (Index i = 0; i < count; ++i) {
     const Index from = segment.from[static_cast<std::size_t>(i)];
     if (from >= 0) result.X(own.X.rows() + i, n + from) = 1;
   }
-  result.G = with_columns(result.G.transpose(), n, passing);
+  result.G = with_columns(result.G.transpose(), n, more);
   result.g.head(n) = own.g.head(n);
   result.g.tail(own.g.size() - n) = own.g.tail(own.g.size() - n);
   return result;
@@ -122,12 +131,16 @@ PassedSegment with_returned(const PassedSegment& segment, const Carried& past,
   return result;
 }
 
+Index starts_of_composed(const PassedSegment& older, const PassedSegment& younger) {
+  return older.segment->starts + passing(older, rows_between(older, younger));
+}
+
 // A row that returned after the younger one began passes through it, and has a row of the older one
 // to add to.
 PassedSegment compose(const PassedSegment& older, const PassedSegment& younger) {
-  const Index first = younger.segment->starts - older.segment->X.rows();
+  const Index first = rows_between(older, younger);
   const Segment before = with_first(older, first);
-  const Index passing = before.starts - older.segment->starts;
+  const Index further = before.starts - older.segment->starts;
   const Index starts = younger.segment->starts, q = before.g.size();
   PassedSegment result{
       .segment = std::make_shared<const Segment>(compose(before, *younger.segment)),
@@ -144,9 +157,9 @@ PassedSegment compose(const PassedSegment& older, const PassedSegment& younger) 
     if (from < 0) continue;
     const auto row = of_older.col(first + from);
     more.col(i).head(n) += row.head(n);
-    more.col(i).segment(n + passing, own) += row.tail(own);
+    more.col(i).segment(n + further, own) += row.tail(own);
     from = older.from[static_cast<std::size_t>(first + from)];
-    if (from >= 0) from -= passing;
+    if (from >= 0) from -= further;
   }
   set_more(std::move(more), result);
   return result;

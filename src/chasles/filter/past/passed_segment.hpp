@@ -39,8 +39,11 @@ void carry(Carried& past, const PassedSegment& segment, const std::vector<int>& 
 PassedSegment with_returned(const PassedSegment& segment, const Carried& past,
                             const std::vector<int>& numbers);
 
-/// The one that consists of one after the other.
+/// The one that consists of one after the other. Of the rows that only pass the older one, those
+/// that returned before the younger one began are starts of it.
 PassedSegment compose(const PassedSegment& older, const PassedSegment& younger);
+
+Eigen::Index starts_of_composed(const PassedSegment& older, const PassedSegment& younger);
 
 /// With these items alone. The numbers rise.
 PassedSegment with_items(const PassedSegment& segment, const std::vector<int>& numbers);

@@ -155,9 +155,9 @@ void carry(Carried& past, const Segment& segment, const std::vector<int>& number
     const MatrixXd starts = segment.X.leftCols(n).transpose();
     C.topRows(r) = dense::product(past.C, starts);
     const MatrixXd moved = dense::product(past.C, segment.G.topLeftCorner(n, n));
-    const MatrixXd C_transposed = past.C.transpose();
+    const MatrixXd C_transposed = past.C.transpose(), own = segment.G.topRows(n)(Eigen::all, rows);
     P.topLeftCorner(r, r) = symmetric_part(past.P + dense::product(moved, C_transposed));
-    P.topRightCorner(r, k) = past.C * segment.G.topRows(n)(Eigen::all, rows);
+    dense::multiply(past.C, own, P.topRightCorner(r, k));
     P.bottomLeftCorner(k, r) = P.topRightCorner(r, k).transpose();
     correction.head(r) = past.correction + past.C * segment.g.head(n);
   }

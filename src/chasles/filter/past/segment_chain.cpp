@@ -33,7 +33,9 @@ Shared shortened(const Shared& segment, const SegmentChain::Keeps& keeps) {
 }  // namespace
 
 bool SegmentChain::are_few(std::size_t older, const Keeps& keeps) const {
-  return kept_rows(*segments_[older], keeps) + kept_rows(*segments_[older + 1], keeps) <= kMostRows;
+  const PassedSegment &one = *segments_[older], &other = *segments_[older + 1];
+  return starts_of_composed(one, other) + kept_rows(one, keeps) + kept_rows(other, keeps) <=
+         kMostVariables;
 }
 
 void SegmentChain::compose_at(std::size_t older, const Keeps& keeps) {
@@ -51,6 +53,17 @@ void SegmentChain::begin_with_items(const Keeps& keeps) {
   }
 }
 
+// Of those that are composed from the oldest on, none has starts, so all of them together have no
+// more variables than items.
+void SegmentChain::bound_bytes(const Keeps& keeps) {
+  std::size_t rows = 0;
+  for (const Shared& segment : segments_) {
+    rows += static_cast<std::size_t>(kept_rows(*segment, keeps));
+  }
+  const std::size_t most = 2 * sizeof(double) * rows * rows + kSpareBytes;
+  while (segments_.size() > 1 && bytes() > most) compose_at(0, keeps);
+}
+
 // As a binary counter carries: each segment takes part in few compositions. Where items have
 // returned, older segments become few enough, too.
 void SegmentChain::append(Segment segment, const Keeps& keeps) {
@@ -61,6 +74,7 @@ void SegmentChain::append(Segment segment, const Keeps& keeps) {
     const bool in_order = segments_[older]->segment->length > segments_[older + 1]->segment->length;
     if (!in_order && are_few(older, keeps)) compose_at(older, keeps);
   }
+  bound_bytes(keeps);
 }
 
 Carried SegmentChain::recall(const std::vector<int>& numbers) const {
@@ -73,7 +87,9 @@ Carried SegmentChain::revive(const std::vector<int>& numbers) {
   Carried past;
   for (Shared& segment : segments_) {
     const Shared before = segment;
-    segment = std::make_shared<const PassedSegment>(with_returned(*before, past, numbers));
+    if (past.rows() > 0 || !variables_of(*before->segment, numbers).empty()) {
+      segment = std::make_shared<const PassedSegment>(with_returned(*before, past, numbers));
+    }
     carry(past, *before, numbers);
   }
   return past;
@@ -85,11 +101,10 @@ void SegmentChain::derive(int source, const std::vector<DerivedItem>& derived) {
   segment = std::make_shared<const PassedSegment>(with_derived(*segment, source, derived));
 }
 
-// The younger ones first: the oldest is the largest.
 Segment SegmentChain::composed(const Keeps& keeps) const {
-  Shared all = shortened(segments_.back(), keeps);
-  for (auto older = std::next(segments_.rbegin()); older != segments_.rend(); ++older) {
-    all = std::make_shared<const PassedSegment>(compose(*shortened(*older, keeps), *all));
+  Shared all = shortened(segments_.front(), keeps);
+  for (auto younger = std::next(segments_.begin()); younger != segments_.end(); ++younger) {
+    all = std::make_shared<const PassedSegment>(compose(*all, *shortened(*younger, keeps)));
   }
   return whole(*all);
 }

@@ -9,14 +9,18 @@
 
 namespace chasles {
 
-/// Successive segments, composed so that there are few: a state of the past is recalled in as many
-/// steps as the logarithm of their number, and one more for each kMostRows rows of items. So its
-/// memory, and the time of a return, are proportional to the number of items.
+/// Successive segments, composed so that there are few. A composition has a bounded number of
+/// variables, so memory, and the time of a return, are proportional to the number of items while
+/// few of them have returned. Every return adds to each segment that it passes. Where that comes to
+/// more than one segment with all items would take, older segments become one.
 class SegmentChain {
  public:
   using Keeps = std::function<bool(int number)>;
-  /// Of items, in a segment that is composed of several.
-  static constexpr Eigen::Index kMostRows = 750;
+  /// Starts and rows of items, in a segment that is composed of several.
+  static constexpr Eigen::Index kMostVariables = 1000;
+  /// With rows of items that are kept, an appended segment leaves at most 16 rows^2 bytes, and
+  /// these.
+  static constexpr std::size_t kSpareBytes = 16'000'000;
 
   /// Items for which `keeps` is false are left out where segments are composed.
   void append(Segment segment, const Keeps& keeps);
@@ -37,6 +41,7 @@ class SegmentChain {
   void compose_at(std::size_t older, const Keeps& keeps);
   bool are_few(std::size_t older, const Keeps& keeps) const;
   void begin_with_items(const Keeps& keeps);
+  void bound_bytes(const Keeps& keeps);
 
   std::vector<std::shared_ptr<const PassedSegment>> segments_;  ///< shared with copies of the chain
 };

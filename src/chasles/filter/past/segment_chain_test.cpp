@@ -117,7 +117,7 @@ TEST(SegmentChain, SeveralReturnBetweenSegments) {
 TEST(SegmentChain, ManyItemsStayInSeveralSegments) {
   Walk walk(3);
   for (int i = 0; i < 50; ++i) walk.step(12, i % 7 == 6 ? 3 : 0);
-  ASSERT_GT(3 * walk.landmarks(), SegmentChain::kMostRows);
+  ASSERT_GT(3 * walk.landmarks(), SegmentChain::kMostVariables);
   walk.expect_recalls();
   walk.expect_composes();
 }
