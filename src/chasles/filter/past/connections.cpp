@@ -60,11 +60,12 @@ Connection Connections::at_start(const Stretch& stretch) {
     make_room(*before, m + l);
   }
   if (m > 0) {
-    add_columns(columns);
-    const Index r = K_.rows();
-    MatrixXd K = MatrixXd::Zero(r + m, K_.cols() + m);
+    const Index r = K_.rows(),
+                further = left_ > 0 ? m : 0;  // nothing is away: no direction is needed
+    if (further > 0) add_columns(columns);
+    MatrixXd K = MatrixXd::Zero(r + further, K_.cols() + m);
     K.topLeftCorner(r, K_.cols()) = K_;
-    K.bottomRightCorner(m, m).setIdentity();
+    K.bottomRightCorner(further, further).setIdentity();
     K_ = std::move(K);
   }
   return {.U_and_more = U_, .left = left_, .K = K_, .returned = now, .before = std::move(before)};

@@ -156,7 +156,8 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
   if (stretches.empty()) return {};
   const std::vector<int> returning = returning_numbers(stretches);
   std::vector<Connection> connections = connections_of(stretches);
-  Later later = without_measurements(stretches.back().segment->X.rows(), connections.back().places());
+  Later later =
+      without_measurements(stretches.back().segment->X.rows(), connections.back().places());
   std::vector<SmoothedState> result;
   while (!connections.empty()) {
     const Stretch& stretch = stretches[connections.size() - 1];

@@ -60,7 +60,7 @@ void SegmentChain::bound_bytes(const Keeps& keeps) {
   for (const Shared& segment : segments_) {
     rows += static_cast<std::size_t>(kept_rows(*segment, keeps));
   }
-  const std::size_t most = 2 * sizeof(double) * rows * rows + kSpareBytes;
+  const std::size_t most = 2 * sizeof(double) * rows * rows + spare_bytes_;
   while (segments_.size() > 1 && bytes() > most) compose_at(0, keeps);
 }
 

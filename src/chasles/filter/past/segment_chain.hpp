@@ -18,9 +18,11 @@ class SegmentChain {
   using Keeps = std::function<bool(int number)>;
   /// Starts and rows of items, in a segment that is composed of several.
   static constexpr Eigen::Index kMostVariables = 1000;
-  /// With rows of items that are kept, an appended segment leaves at most 16 rows^2 bytes, and
-  /// these.
+  /// With so many rows of items that are kept, at most 16 rows^2 bytes, and these, are left when a
+  /// segment is appended.
   static constexpr std::size_t kSpareBytes = 16'000'000;
+
+  explicit SegmentChain(std::size_t spare_bytes = kSpareBytes) : spare_bytes_(spare_bytes) {}
 
   /// Items for which `keeps` is false are left out where segments are composed.
   void append(Segment segment, const Keeps& keeps);
@@ -43,6 +45,7 @@ class SegmentChain {
   void begin_with_items(const Keeps& keeps);
   void bound_bytes(const Keeps& keeps);
 
+  std::size_t spare_bytes_;
   std::vector<std::shared_ptr<const PassedSegment>> segments_;  ///< shared with copies of the chain
 };
 

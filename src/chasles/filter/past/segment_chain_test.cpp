@@ -1,10 +1,8 @@
 #include <algorithm>
-#include <cmath>
-#include <optional>
 #include <set>
 
+#include <chasles/filter/past/random_segments_testing.hpp>
 #include <chasles/filter/past/segment_chain.hpp>
-#include <chasles/filter/random_ekf_testing.hpp>
 
 // A chain of segments against one segment that has all items and all their cross-covariances.
 
@@ -12,26 +10,6 @@ namespace chasles {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
-
-class AllItems {
- public:
-  void append(const Segment& segment) { all_ = all_ ? compose(*all_, segment) : segment; }
-  Carried recall(const std::vector<int>& numbers) const {
-    Carried past;
-    carry(past, *all_, numbers);
-    return past;
-  }
-  Carried revive(const std::vector<int>& numbers) {
-    Carried past = recall(numbers);
-    take_along(*all_, numbers);
-    return past;
-  }
-  Index rows() const { return all_ ? all_->X.rows() : 0; }
-
- private:
-  std::optional<Segment> all_;
-};
 
 void expect_equal(const Carried& a, const Carried& b) {
   ASSERT_EQ(a.items.size(), b.items.size());
@@ -44,33 +22,28 @@ void expect_equal(const Carried& a, const Carried& b) {
 // A run of segments in which landmarks leave, and some return.
 class Walk {
  public:
-  explicit Walk(int seed) : random_(seed) {}
+  explicit Walk(int seed, std::size_t spare_bytes = SegmentChain::kSpareBytes)
+      : random_(seed), spare_bytes_(spare_bytes), chain_(spare_bytes) {}
 
   void step(int leaving, int returning) {
-    const Index n = all_items_.rows(), end = 6 + static_cast<Index>(random_.next() % 4);
-    Segment segment;
-    segment.starts = n;
-    for (int i = 0; i < leaving; ++i) {
-      segment.items.push_back({.number = next_, .size = 3});
-      there_.insert(next_++);
-    }
-    const Index q = n + 3 * leaving;
-    // So that nothing grows without bounds.
-    segment.X = test::random_matrix(random_, end, q) / std::sqrt(static_cast<double>(q));
-    segment.G = test::random_covariance(random_, static_cast<int>(q), 1) / static_cast<double>(q);
-    segment.g = random_.normal_vector(q);
+    const Index end = 6 + static_cast<Index>(random_.next() % 4);
+    const Segment segment = test::random_segment(random_, all_items_.rows(), end, next_, leaving);
+    for (int i = 0; i < leaving; ++i) there_.insert(next_++);
     all_items_.append(segment);
+    all_items_.keep(there());
     chain_.append(segment, [&](int number) { return there_.contains(number); });
-    const std::vector<int> numbers = some(returning);
+    const std::size_t rows = 3 * there_.size();
+    EXPECT_LE(chain_.bytes(), 2 * sizeof(double) * rows * rows + spare_bytes_);
+    const std::vector<int> numbers = test::some_of(random_, there(), returning);
     for (const int number : numbers) there_.erase(number);
     if (!numbers.empty()) expect_equal(chain_.revive(numbers), all_items_.revive(numbers));
   }
   void expect_recalls() const {
-    const std::vector<int> all(there_.begin(), there_.end());
+    const std::vector<int> all = there();
     expect_equal(chain_.recall(all), all_items_.recall(all));
   }
   void expect_composes() const {
-    const std::vector<int> all(there_.begin(), there_.end());
+    const std::vector<int> all = there();
     const Segment composed = chain_.composed([&](int number) { return there_.contains(number); });
     EXPECT_EQ(composed.starts, 0);
     Carried past;
@@ -83,15 +56,11 @@ class Walk {
   int landmarks() const { return static_cast<int>(there_.size()); }
 
  private:
-  std::vector<int> some(int count) {
-    std::set<int> chosen;
-    const std::vector<int> all(there_.begin(), there_.end());
-    for (int i = 0; i < count && !all.empty(); ++i) chosen.insert(all[random_.next() % all.size()]);
-    return {chosen.begin(), chosen.end()};
-  }
+  std::vector<int> there() const { return {there_.begin(), there_.end()}; }
 
   test::Random random_;
-  AllItems all_items_;
+  std::size_t spare_bytes_;
+  test::AllItems all_items_;
   SegmentChain chain_;
   std::set<int> there_;
   int next_ = 0;
@@ -110,6 +79,18 @@ TEST(SegmentChain, SeveralReturnBetweenSegments) {
   Walk walk(2);
   for (int i = 0; i < 40; ++i) walk.step(i % 2 == 0 ? 3 : 0, i % 4);
   walk.expect_recalls();
+  walk.expect_composes();
+}
+
+// They pass through all segments, and composed segments begin with them.
+TEST(SegmentChain, ItsBytesAreBoundedWhereLandmarksOfAllSegmentsReturn) {
+  constexpr std::size_t kSpare = 300'000;
+  Walk walk(5, kSpare);
+  for (int i = 0; i < 12; ++i) walk.step(5, 0);
+  for (int i = 0; i < 120; ++i) {
+    walk.step(5, 5);
+    if (i % 10 == 0) walk.expect_recalls();
+  }
   walk.expect_composes();
 }
 
