@@ -136,7 +136,7 @@ void Connections::make_room(const std::vector<Index>& kept, Index columns) {
     U = dense::product(before, of_kept);
     K_ = Q.transpose() * scale.asDiagonal();
   }
-  const Index room = std::max(kRoom, columns);
+  const Index room = std::max(kRoom, 2 * columns);  // segments that share a U save its memory
   U_ = std::make_shared<MatrixXd>(MatrixXd::Zero(rows + room, U.cols() + room));
   U_->topLeftCorner(rows, U.cols()) = U;
   MatrixXd P = MatrixXd::Zero(rows + room, rows + room);

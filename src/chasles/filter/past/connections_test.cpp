@@ -79,19 +79,19 @@ TEST(Connections, SmoothingIsThatOfOneSegmentWithAllItems) {
 }
 
 TEST(Connections, ThereAreHardlyMorePlacesThanLandmarksAway) {
-  const BusyRun run = busy_run(5, 300, 5);
-  EXPECT_GT(returning_numbers(run.stretches()).size(), 800u);
+  const BusyRun run = busy_run(5, 130, 5);
+  EXPECT_GT(returning_numbers(run.stretches()).size(), 300u);
   const int most = *std::ranges::max_element(run.returns_later);
   EXPECT_LE(most, 30);
   for (const Connection& connection : connections_of(run.stretches())) {
-    EXPECT_LE(connection.places(), 3 * most + std::max(60, run.most_changes));
+    EXPECT_LE(connection.places(), 3 * most + std::max(60, 2 * run.most_changes));
   }
 }
 
 // Then nothing has a place.
 TEST(Connections, AllReturnAndLeaveAgain) {
-  const BusyRun run = busy_run(7, 60, 300);
-  EXPECT_GT(std::ranges::count(run.returns_later, 0), 20);
+  const BusyRun run = busy_run(7, 40, 300);
+  EXPECT_GT(std::ranges::count(run.returns_later, 0), 12);
   expect_smooths(run);
 }
 
