@@ -54,8 +54,7 @@ inline std::vector<int> some_of(Random& random, const std::vector<int>& numbers,
     chosen.push_back(numbers[random.next() % numbers.size()]);
   }
   std::ranges::sort(chosen);
-  const auto rest = std::ranges::unique(chosen);
-  chosen.erase(rest.begin(), rest.end());
+  chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
   return chosen;
 }
 
