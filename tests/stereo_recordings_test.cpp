@@ -70,7 +70,7 @@ void compare(const Pair& pair, const Pair& later, const std::vector<Camera>& rig
   const StereoViews in_time(rig[0], first, third, third_image);
   Coverage coverage({.border = 20}, rig[0].width, rig[0].height);
   ++score.pairs;
-  for (const Eigen::Vector2d& pixel : coverage.refill(first.levels[0], {}, {})) {
+  for (const Eigen::Vector2d& pixel : coverage.refill(first, {}, {})) {
     const auto ray = wide_ray(rig[0], pixel);
     const auto known = match_stereo(in_time, {pixel, *ray}, {});
     if (!known || known->inverse_depth < 0.05) continue;

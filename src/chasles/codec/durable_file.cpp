@@ -112,12 +112,20 @@ void PartFile::move_over() {
 }
 
 void replace_file(const fs::path& file, std::string_view bytes) {
+  bool is_left = true;
+  replace_file(file, [&](std::string& part) {
+    part = bytes;
+    return std::exchange(is_left, false);
+  });
+}
+
+void replace_file(const fs::path& file, const std::function<bool(std::string& part)>& next) {
   std::error_code ignored;
   const bool there = fs::exists(file, ignored);
-  if (there && !fs::is_regular_file(file, ignored)) return write_file(file, bytes);
+  if (there && !fs::is_regular_file(file, ignored)) return write_parts(file, next);
   const fs::path target = there ? fs::canonical(file) : followed(file);  // a link stays
   PartFile part(target);
-  part.write(bytes);
+  for (std::string bytes; next(bytes); bytes.clear()) part.write(bytes);
   sync_to_disk(part.path());
   part.move_over();
   sync_to_disk(folder_with(target));

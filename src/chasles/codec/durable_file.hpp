@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -54,6 +55,9 @@ class PartFile {
 /// replace it at once; the last one counts. A link stays, and its file is replaced. What is no
 /// regular file, such as /dev/stdout, is written directly (open_to_write). Throws UsageError.
 void replace_file(const std::filesystem::path& file, std::string_view bytes);
+/// The same of parts, as write_parts().
+void replace_file(const std::filesystem::path& file,
+                  const std::function<bool(std::string& part)>& next);
 
 /// Several files of a folder that replace old ones. A fault while they are written leaves the old
 /// ones. One of them marks a complete set: it is removed first and written last, so that readers

@@ -81,7 +81,7 @@ bool eliminate(const PatchSums& s, float min_gradient, Patch& patch) {
   const double xy = s.xy - s.x * patch.gradient.y() - along.x() * patch.overlap.y();
   const double weakest =
       (xx + yy) / 2 - std::sqrt((xx - yy) * (xx - yy) / 4 + xy * xy);  // the smaller eigenvalue
-  const double required = std::max(double{min_gradient} * double{min_gradient}, 0.01);
+  const double required = std::max(std::pow(static_cast<double>(min_gradient), 2), 0.01);
   if (!(weakest >= required * least)) return false;
   Eigen::Matrix2d H;
   H << xx, xy, xy, yy;

@@ -188,18 +188,16 @@ double truncated_cost(const std::vector<Rays>& tracks, const std::vector<TrackEq
 struct Solution {
   Matrix6d S = Matrix6d::Zero();
   Unknown s = Unknown::Zero();
-  std::vector<bool> fits;
   Unknown y = Unknown::Zero();
   double cost = 0;
 };
 Solution equations_at(const std::vector<Rays>& tracks, const std::vector<TrackEquations>& each,
                       const Unknown& y) {
-  Solution solution{.fits = {}, .y = y};
+  Solution solution{.y = y};
   for (std::size_t k = 0; k < tracks.size(); ++k) {
     const double squares = truncated_cost(tracks[k], each[k], y);
     solution.cost += squares;
-    solution.fits.push_back(squares < kFits * kFits * static_cast<double>(tracks[k].size()));
-    if (!solution.fits.back()) continue;
+    if (!(squares < kFits * kFits * static_cast<double>(tracks[k].size()))) continue;
     solution.S += each[k].S;
     solution.s += each[k].s;
   }
@@ -258,7 +256,7 @@ std::optional<LinearMotion> linear_motion(const MotionWindow& window,
     if (!better) break;
     best = equations_at(tracks, each, *better);
   }
-  LinearMotion result{.fits = best.fits, .cost = best.cost};
+  LinearMotion result{.cost = best.cost};
   result.free_gravity = best.y.tail<3>().norm();
   const Matrix6d P = inverse_symmetric(best.S);
   const Eigen::Vector3d down = best.y.tail<3>().normalized();

@@ -18,7 +18,6 @@ struct LinearMotion {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< with the given magnitude
   double free_gravity = 0;                            ///< magnitude without that constraint [m/s^2]
   double free_gravity_sigma = 0;  ///< its standard deviation, from pixel noise alone
-  std::vector<bool> fits;         ///< one per track
   double cost = 0;                ///< squared residuals of all views, each at most kTruncation^2
 };
 

@@ -13,13 +13,13 @@
 namespace chasles {
 namespace {
 
-// From a coarse start to convergence; views that do not fit are removed between the stages.
+// To convergence; views that do not fit are removed before each.
 struct Stage {
   Shooting shooting;
   int iterations;
 };
-constexpr std::array kStages{Stage{Shooting::kSingle, 20}, Stage{Shooting::kSingle, 6},
-                             Stage{Shooting::kSingle, 6}, Stage{Shooting::kMultiple, 8}};
+constexpr std::array kStages{Stage{Shooting::kSingle, 6}, Stage{Shooting::kSingle, 6},
+                             Stage{Shooting::kMultiple, 8}};
 constexpr int kFewestTracks = 5;
 constexpr double kFarAway = 0.02;     // inverse depth of a point behind the camera [1/m]
 constexpr double kNearest = 0.1;      // [m]
@@ -105,6 +105,7 @@ Minimum minimise(const MotionWindow& window, const MotionWeights& weights, Motio
       damping = std::max(1e-6, 10 * damping);
       continue;
     }
+    optimise_points(window, weights, next->motion);
     MotionSystem there = linearise(window, next->between, weights, next->motion);
     if (!(there.cost < best.system.cost)) {
       if (there.cost < (1 + kConverged) * best.system.cost) break;
@@ -193,33 +194,50 @@ std::optional<Certainty> certainty_of(const MotionSystem& system) {
                    .distance = std::sqrt(reduced.b.dot(cholesky.solve(reduced.b)))};
 }
 
+// From the linear motion. Far away points and little parallax make its speed too small, up to a
+// local minimum where most views are outliers. If so, the search begins at a high speed as well.
+Minimum first_minimum(const MotionWindow& window, const MotionWeights& weights, LinearMotion linear,
+                      const Vector6d& biases, std::vector<Preintegration> between) {
+  constexpr int kIterations = 20;
+  constexpr double kFits = 1;   // cost a view
+  constexpr double kFast = 10;  // [m/s]
+  const auto minimum = [&] {
+    MotionStep from{
+        .motion = {.keyframes = {first_state(linear, biases)}, .biases = biases, .points = {}},
+        .between = between};
+    for (const Preintegration& p : between) {
+      from.motion.keyframes.push_back(
+          moved(from.motion.keyframes.back(), p, {0, 0, -weights.gravity}));
+    }
+    set_points(window, from.motion);
+    return minimise(window, weights, std::move(from), Shooting::kSingle, kIterations);
+  };
+  Minimum best = minimum();
+  if (best.system.cost < kFits * views_of(window)) return best;
+  linear.v = kFast * linear.v.normalized();
+  Minimum other = minimum();
+  return other.system.cost < best.system.cost ? other : best;
+}
+
 }  // namespace
 
 std::optional<RefinedMotion> refine_motion(MotionWindow window, const LinearMotion& linear,
                                            const Vector6d& biases, const Vector6d& bias_sigma,
                                            const ImuNoise& noise, double gravity) {
-  for (std::size_t i = window.tracks.size(); i-- > 0;) {
-    if (!linear.fits[i]) window.tracks.erase(window.tracks.begin() + static_cast<int>(i));
-  }
-  MotionStep from;
-  from.motion.biases = biases;
-  from.motion.keyframes.push_back(first_state(linear, biases));
-  from.between = preintegrate_all(window, biases, noise);
-  const auto imu = whitenings_of(from.between);
-  if (!imu) return std::nullopt;
-  MotionWeights weights{.imu = *imu, .bias_sigma = bias_sigma, .gravity = gravity};
-  for (const Preintegration& p : from.between) {
-    from.motion.keyframes.push_back(moved(from.motion.keyframes.back(), p, {0, 0, -gravity}));
-  }
-  Minimum at{.at = std::move(from), .system = {}};
+  std::vector<Preintegration> between = preintegrate_all(window, biases, noise);
+  const auto imu = whitenings_of(between);
+  if (!imu || window.tracks.size() < kFewestTracks) return std::nullopt;
+  const MotionWeights weights{.imu = *imu, .bias_sigma = bias_sigma, .gravity = gravity};
+  Minimum at = first_minimum(window, weights, linear, biases, std::move(between));
   for (const auto& [shooting, iterations] : kStages) {
+    if (!std::isfinite(at.system.cost)) return std::nullopt;
+    at.at.between = preintegrate_all(window, at.at.motion.biases, noise);
+    drop_misfits(at.at.motion, window);
     if (window.tracks.size() < kFewestTracks) return std::nullopt;
     set_points(window, at.at.motion);
     at = minimise(window, weights, std::move(at.at), shooting, iterations);
-    if (!std::isfinite(at.system.cost)) return std::nullopt;
-    at.at.between = preintegrate_all(window, at.at.motion.biases, noise);
-    if (shooting == Shooting::kSingle) drop_misfits(at.at.motion, window);
   }
+  if (!std::isfinite(at.system.cost)) return std::nullopt;
   const std::optional<Certainty> certainty = certainty_of(at.system);
   if (!certainty) return std::nullopt;
   const int views = views_of(window), tracks = static_cast<int>(window.tracks.size());

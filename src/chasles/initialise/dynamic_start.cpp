@@ -25,14 +25,24 @@ bool has_stereo(const MotionWindow& window, const InitialiserSettings& s) {
   return window.stereo_tracks >= s.min_tracks;
 }
 
-// Median over the tracks of the largest angle between the rays of one camera, corrected by the
-// gyroscope's rotation.
+// The rotations of the keyframes, by the gyroscope and by the refined motion.
+using Rotations = std::vector<Eigen::Matrix3d>;
+Rotations rotations_of(const std::vector<Preintegration>& between) {
+  Rotations R(1, Eigen::Matrix3d::Identity());
+  for (const Preintegration& p : between) R.push_back(R.back() * p.delta.world_T_imu.R);
+  return R;
+}
+Rotations rotations_of(const MotionUnknowns& motion) {
+  Rotations R;
+  for (const InertialState& state : motion.keyframes) R.push_back(state.world_T_imu.R);
+  return R;
+}
+
+// Median over the tracks of the largest angle between the rays of one camera, without the rotation.
 struct Parallax {
   double angle = 0, pixels = 0;
 };
-Parallax median_parallax(const MotionWindow& window, const std::vector<Preintegration>& between) {
-  std::vector<Eigen::Matrix3d> R(1, Eigen::Matrix3d::Identity());
-  for (const Preintegration& p : between) R.push_back(R.back() * p.delta.world_T_imu.R);
+Parallax median_parallax(const MotionWindow& window, const Rotations& R) {
   std::vector<std::pair<double, double>> all;
   for (const PlaneTrack& track : window.tracks) {
     const PlaneView& first = track.front();
@@ -59,6 +69,13 @@ double rms_speed(const MotionUnknowns& motion) {
 
 double largest_sigma(const Eigen::MatrixXd& covariance) {
   return std::sqrt(symmetric_eigen(covariance).values.maxCoeff());
+}
+
+void require_parallax(const Parallax& parallax, const InitialiserSettings& s,
+                      std::vector<Requirement>& requirements) {
+  requirements.push_back(at_least("parallax", parallax.pixels, s.min_parallax, "px"));
+  requirements.push_back(at_least("parallax angle", kDegrees * parallax.angle,
+                                  kDegrees * s.min_parallax_angle, "deg"));
 }
 
 void assess(const RefinedMotion& refined, const LinearMotion& linear, double offered,
@@ -162,24 +179,25 @@ StartAttempt dynamic_start(const MotionWindow& window, const ImuNoise& noise,
   if (!all_met(requirements)) return attempt;
 
   const int offered = views_of(window);
-  Candidate best = best_candidate(window, noise, s);
+  const Candidate best = best_candidate(window, noise, s);
   requirements.back() = at_least("tracks that agree with the gyroscope",
                                  static_cast<double>(best.window.tracks.size()), s.min_tracks, "");
   if (!stereo) {
-    const Parallax parallax = median_parallax(best.window, best.between);
-    requirements.push_back(at_least("parallax", parallax.pixels, s.min_parallax, "px"));
-    requirements.push_back(at_least("parallax angle", kDegrees * parallax.angle,
-                                    kDegrees * s.min_parallax_angle, "deg"));
+    require_parallax(median_parallax(best.window, rotations_of(best.between)), s, requirements);
   }
   if (!all_met(requirements)) return attempt;
 
   const auto& linear = best.linear;
-  const auto refined = linear ? refine_motion(std::move(best.window), *linear, best.biases,
-                                              bias_sigma(s), noise, s.gravity)
-                              : std::nullopt;
+  const auto refined =
+      linear ? refine_motion(best.window, *linear, best.biases, bias_sigma(s), noise, s.gravity)
+             : std::nullopt;
   if (!refined) {
     requirements.push_back(at_least("tracks that fit the motion", 0, s.min_tracks, ""));
     return attempt;
+  }
+  if (!stereo) {  // over some seconds, the gyroscope's bias alone looks like parallax
+    requirements.erase(requirements.begin() + std::ssize(requirements) - 2, requirements.end());
+    require_parallax(median_parallax(best.window, rotations_of(refined->motion)), s, requirements);
   }
   assess(*refined, *linear, offered, s, requirements);
   if (!all_met(requirements)) return attempt;

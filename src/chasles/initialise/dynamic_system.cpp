@@ -67,38 +67,51 @@ std::vector<int> keyframes_of(const PlaneTrack& track) {
   return keyframes;
 }
 
+// A view's residual with the Huber loss, and its derivatives by the direction q.
+struct WeightedView {
+  double squares = kBehind * kBehind;  // without loss
+  double cost = 0;
+  Eigen::Vector2d r = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> by_q = Eigen::Matrix<double, 2, 3>::Zero();  // 0: behind the camera
+};
+
+WeightedView weighted(const PlaneView& view, const Eigen::Vector3d& q, double huber) {
+  if (!in_front(q)) return {.cost = huber * (kBehind - huber / 2)};
+  const double z = q.z();
+  WeightedView w;
+  w.by_q << 1 / z, 0, -q.x() / (z * z), 0, 1 / z, -q.y() / (z * z);
+  w.r = view.whitening * (q.head<2>() / z - view.xy);
+  const double norm = w.r.norm();
+  w.squares = norm * norm;
+  w.cost = norm <= huber ? norm * norm / 2 : huber * (norm - huber / 2);
+  const double root = norm <= huber ? 1 : std::sqrt(huber / norm);
+  w.r *= root;
+  w.by_q = (root * view.whitening * w.by_q).eval();
+  return w;
+}
+
 void add_view(const MotionWindow& window, const MotionWeights& weights,
               const MotionUnknowns& motion, std::size_t index, const PlaneView& view,
               MotionSystem& system) {
   const PlaneView& anchor = window.tracks[index].front();
   const PointProjection s = projection(window, motion, anchor, motion.points[index], view);
-  if (!in_front(s.q)) {
-    system.cost += weights.huber * (kBehind - weights.huber / 2);
-    system.squares += kBehind * kBehind;
-    return;
-  }
-  const double z = s.q.z();
-  Eigen::Matrix<double, 2, 3> d_q;
-  d_q << 1 / z, 0, -s.q.x() / (z * z), 0, 1 / z, -s.q.y() / (z * z);
-  Eigen::Vector2d r = view.whitening * (s.q.head<2>() / z - view.xy);
-  const double norm = r.norm(), delta = weights.huber;
-  system.squares += norm * norm;
-  system.cost += norm <= delta ? norm * norm / 2 : delta * (norm - delta / 2);
-  const double root = norm <= delta ? 1 : std::sqrt(delta / norm);
-  r *= root;
-  const Eigen::Matrix<double, 2, 3> W = root * view.whitening * d_q;
+  const WeightedView w = weighted(view, s.q, weights.huber);
+  system.cost += w.cost;
+  system.squares += w.squares;
+  if (!in_front(s.q)) return;
   Eigen::Matrix<double, 2, 12> J;  // anchor's rotation, position; the view's
-  J << W * s.d_anchor_rotation, -W * s.d_position, W * s.d_rotation, W * s.d_position;
-  const Eigen::Matrix<double, 2, 3> J_point = W * s.d_point;
+  J << w.by_q * s.d_anchor_rotation, -w.by_q * s.d_position, w.by_q * s.d_rotation,
+      w.by_q * s.d_position;
+  const Eigen::Matrix<double, 2, 3> J_point = w.by_q * s.d_point;
 
   MotionSystem::Track& track = system.tracks[index];
   track.H_point += J_point.transpose() * J_point;
-  track.b_point -= J_point.transpose() * r;
+  track.b_point -= J_point.transpose() * w.r;
   const int columns[2] = {9 * anchor.keyframe, 9 * view.keyframe};
   const int rows[2] = {0, 6 * position_of(track.keyframes, view.keyframe)};
   for (int i = 0; i < 2; ++i) {
     const auto Ji = J.middleCols<6>(6 * i);
-    system.b.segment<6>(columns[i]) -= Ji.transpose() * r;
+    system.b.segment<6>(columns[i]) -= Ji.transpose() * w.r;
     track.H_pose_point.middleRows<6>(rows[i]) += Ji.transpose() * J_point;
     for (int j = 0; j < 2; ++j) {
       system.H.block<6, 6>(columns[i], columns[j]) += Ji.transpose() * J.middleCols<6>(6 * j);
@@ -166,6 +179,28 @@ Eigen::Matrix3d damped_inverse(const Eigen::Matrix3d& H, double damping) {
   damped.diagonal() *= 1 + damping;
   damped.diagonal().array() += 1e-9;  // a point with a single view has no depth
   return damped.inverse();
+}
+
+// The equations of a point alone, with the keyframes where they are.
+struct PointEquations {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double cost = 0;
+};
+
+PointEquations point_equations(const MotionWindow& window, const MotionUnknowns& motion,
+                               const PlaneTrack& track, const Eigen::Vector3d& point,
+                               double huber) {
+  PointEquations e;
+  for (const PlaneView& view : track) {
+    const PointProjection s = projection(window, motion, track.front(), point, view);
+    const WeightedView w = weighted(view, s.q, huber);
+    const Eigen::Matrix<double, 2, 3> J = w.by_q * s.d_point;
+    e.H += J.transpose() * J;
+    e.b -= J.transpose() * w.r;
+    e.cost += w.cost;
+  }
+  return e;
 }
 
 void set_biases(MotionUnknowns& motion) {
@@ -261,6 +296,32 @@ MotionSystem linearise(const MotionWindow& window, const std::vector<Preintegrat
   system.b.tail<6>() -= information.cwiseProduct(motion.biases);
   system.cost += motion.biases.cwiseAbs2().dot(information) / 2;
   return system;
+}
+
+void optimise_points(const MotionWindow& window, const MotionWeights& weights,
+                     MotionUnknowns& motion) {
+  constexpr int kIterations = 3;
+  constexpr double kConverged = 1e-3;  // decrease of the cost, relative to the cost
+  for (std::size_t i = 0; i < window.tracks.size(); ++i) {
+    const auto equations_at = [&](const Eigen::Vector3d& point) {
+      return point_equations(window, motion, window.tracks[i], point, weights.huber);
+    };
+    Eigen::Vector3d& point = motion.points[i];
+    PointEquations here = equations_at(point);
+    double damping = 0;
+    for (int k = 0; k < kIterations; ++k) {
+      const Eigen::Vector3d next = point + damped_inverse(here.H, damping) * here.b;
+      const PointEquations there = equations_at(next);
+      if (!(there.cost < here.cost)) {
+        damping = std::max(1e-3, 10 * damping);
+        continue;
+      }
+      const bool converged = here.cost - there.cost < kConverged * here.cost;
+      point = next;
+      here = there;
+      if (converged) break;
+    }
+  }
 }
 
 ReducedSystem eliminate_points(const MotionSystem& system, double damping) {

@@ -50,6 +50,12 @@ std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window,
 MotionSystem linearise(const MotionWindow& window, const std::vector<Preintegration>& between,
                        const MotionWeights& weights, const MotionUnknowns& motion);
 
+/// Moves each point towards its minimum, the keyframes staying where they are. A step that is
+/// linear in inverse depths is wrong where it changes the scale by much. With points that follow,
+/// few steps suffice (inner iterations: Ruhe & Wedin 1980).
+void optimise_points(const MotionWindow& window, const MotionWeights& weights,
+                     MotionUnknowns& motion);
+
 /// The matrix of keyframes and biases with all points eliminated, and its right-hand side. The
 /// diagonals of the points are multiplied by 1 + damping. The gauge is fixed.
 struct ReducedSystem {

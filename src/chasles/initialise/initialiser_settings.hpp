@@ -32,9 +32,9 @@ struct InitialiserSettings {
 
   double min_window = 1;
   double min_stereo_window = 0.6;
-  double max_window = 3;
+  double max_window = 5;
   int attempt_frames = 5;
-  int keyframes = 12;
+  int keyframes = 20;
   int max_tracks = 60;
 
   int min_tracks = 12;

@@ -135,7 +135,7 @@ void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks
   append(folder_ / kStates, rows);
   written_ = run.states.size();
   bytes_ += rows.size();
-  replace_file(folder_ / kLandmarks, landmarks_text(landmarks));
+  replace_file(folder_ / kLandmarks, landmark_parts(landmarks));
   // The last file: with it the folder is readable, and it states how much of states.csv is whole.
   (*summary_)[kStatesBytes] = bytes_;
   replace_file(folder_ / kSummary, json_text(*summary_, 2) + "\n");

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <span>
 #include <string>
-#include <vector>
 
 #include <chasles/run_folder/run.hpp>
 
@@ -11,7 +12,7 @@ namespace chasles {
 /// The rows of states.csv from index `from` on; with the names of the columns if `from` is 0.
 std::string states_text(const Run& run, std::size_t from);
 
-/// landmarks.csv.
-std::string landmarks_text(const std::vector<RunLandmark>& landmarks);
+/// landmarks.csv, in parts (write_parts()). The landmarks must stay until the last one.
+std::function<bool(std::string& part)> landmark_parts(std::span<const RunLandmark> landmarks);
 
 }  // namespace chasles

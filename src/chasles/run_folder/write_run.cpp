@@ -71,20 +71,19 @@ void append_pose(std::string& text, const Pose& pose) {
 
 constexpr std::size_t kRowsOfPart = 1000;
 
-// A table, some rows at a time.
+// A table, some rows at a time, for write_parts().
 template <class Row>
-void write_rows(const std::filesystem::path& file, const std::string& columns,
-                std::span<const Row> rows,
-                const std::function<void(std::string&, std::span<const Row>)>& append_some) {
-  bool begins = true;
-  write_parts(file, [&](std::string& part) {
+std::function<bool(std::string&)> parts_of_table(
+    const std::string& columns, std::span<const Row> rows,
+    const std::function<void(std::string&, std::span<const Row>)>& append_some) {
+  return [columns, rows, append_some, begins = true](std::string& part) mutable {
     if (!begins && rows.empty()) return false;
     if (std::exchange(begins, false)) part = columns;
     const std::size_t count = std::min(kRowsOfPart, rows.size());
     append_some(part, rows.first(count));
     rows = rows.subspan(count);
     return true;
-  });
+  };
 }
 
 void append_poses(std::string& text, std::span<const SmoothedPose> poses) {
@@ -95,7 +94,8 @@ void append_poses(std::string& text, std::span<const SmoothedPose> poses) {
 }
 
 void write_poses(const std::filesystem::path& file, std::span<const SmoothedPose> poses) {
-  write_rows<SmoothedPose>(file, header(state_head_columns()), poses, append_poses);
+  write_parts(file,
+              parts_of_table<SmoothedPose>(header(state_head_columns()), poses, append_poses));
 }
 
 void append_rows(std::string& text, std::span<const RunState> states) {
@@ -122,6 +122,21 @@ double distance_sigma(const RunLandmark& landmark) {
   return std::sqrt(landmark.covariance.trace());
 }
 
+void append_landmark(std::string& text, const RunLandmark& l, bool initial) {
+  const Eigen::Matrix3d& P = l.covariance;
+  append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d}", l.id, l.p_world.x(), l.p_world.y(),
+         l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), distance_sigma(l),
+         l.observations, l.first_seen.count(), l.last_seen.count(), l.in_state);
+  if (l.initial) {
+    const auto& [p, C] = *l.initial;
+    append(text, ",{},{},{},{},{},{},{},{},{}", p.x(), p.y(), p.z(), C(0, 0), C(0, 1), C(0, 2),
+           C(1, 1), C(1, 2), C(2, 2));
+  } else if (initial) {
+    text.append(initial_columns().size(), ',');
+  }
+  text += '\n';
+}
+
 }  // namespace
 
 std::string states_text(const Run& run, std::size_t from) {
@@ -130,28 +145,15 @@ std::string states_text(const Run& run, std::size_t from) {
   return text;
 }
 
-std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
+std::function<bool(std::string&)> landmark_parts(std::span<const RunLandmark> landmarks) {
   const bool initial =
       std::ranges::any_of(landmarks, [](const RunLandmark& l) { return l.initial.has_value(); });
   std::vector<std::string> columns = landmark_columns();
   if (initial) columns.insert(columns.end(), initial_columns().begin(), initial_columns().end());
-  std::string text = header(columns);
-  for (const RunLandmark& l : landmarks) {
-    const Eigen::Matrix3d& P = l.covariance;
-    append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d}", l.id, l.p_world.x(),
-           l.p_world.y(), l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
-           distance_sigma(l), l.observations, l.first_seen.count(), l.last_seen.count(),
-           l.in_state);
-    if (l.initial) {
-      const auto& [p, C] = *l.initial;
-      append(text, ",{},{},{},{},{},{},{},{},{}", p.x(), p.y(), p.z(), C(0, 0), C(0, 1), C(0, 2),
-             C(1, 1), C(1, 2), C(2, 2));
-    } else if (initial) {
-      text.append(initial_columns().size(), ',');
-    }
-    text += '\n';
-  }
-  return text;
+  return parts_of_table<RunLandmark>(
+      header(columns), landmarks, [initial](std::string& text, std::span<const RunLandmark> some) {
+        for (const RunLandmark& l : some) append_landmark(text, l, initial);
+      });
 }
 
 namespace {
@@ -193,8 +195,8 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   FolderReplacement replacement(folder);
   const std::filesystem::path& place = replacement.place();
   write_tum(trajectory_of(run.states), place / "trajectory.tum");
-  write_rows<RunState>(place / "states.csv", header(state_columns(run.extra_names)), run.states,
-                       append_rows);
+  write_parts(place / "states.csv", parts_of_table<RunState>(header(state_columns(run.extra_names)),
+                                                             run.states, append_rows));
   if (!run.smoothed.empty()) {
     write_tum(trajectory_of(run.smoothed), place / "trajectory_smoothed.tum");
     write_poses(place / "smoothed.csv", run.smoothed);
@@ -205,7 +207,7 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   }
   if (run.prior_map) write_file(place / "prior_map.csv", prior_map_text(*run.prior_map));
   write_file(place / "timing.csv", timing_text(run));
-  write_file(place / "landmarks.csv", landmarks_text(run.landmarks));
+  write_parts(place / "landmarks.csv", landmark_parts(run.landmarks));
   write_file(place / "map.ply", ply_bytes(run.landmarks));
   if (!run.truth.empty()) write_tum(run.truth, place / "truth.tum");
   if (!run.dead_reckoning.empty()) write_tum(run.dead_reckoning, place / "dead_reckoning.tum");

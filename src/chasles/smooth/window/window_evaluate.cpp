@@ -281,8 +281,10 @@ PointLinear linearise(const Window& window, WindowPoint& point, std::optional<in
   begin(window, point, linear);
   std::span<WindowView> views = point.views;
   if (keyframe) {
-    const auto of = std::ranges::equal_range(views, *keyframe, {}, &WindowView::keyframe);
-    views = {of.begin(), of.end()};
+    // Not equal_range: Clang 14 cannot compile the subrange of libstdc++ 12.
+    const auto of = [](const WindowView& view) { return view.keyframe; };
+    views = {std::ranges::lower_bound(views, *keyframe, {}, of),
+             std::ranges::upper_bound(views, *keyframe, {}, of)};
   }
   add_views(window, point, views, linear);
   if (point.alone && !keyframe) add_alone(point, linear);
