@@ -74,8 +74,8 @@ TEST(Settings, WhatDoesNotGoTogetherIsRejected) {
   }));
   rejected(with<InitialiserSettings>([](auto& s) { s.heading_sigma = 0.1; }),
            "start.heading_sigma: found 0.1, expected 0 without start.heading");
-  rejected(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
-           "start.max_window: found 3, expected at least");
+  rejected(with<InitialiserSettings>([](auto& s) { s.min_window = 6; }),
+           "start.max_window: found 5, expected at least");
 }
 
 }  // namespace
