@@ -100,7 +100,8 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("max_iterations", s.max_iterations, "count", "maximum number of Levenberg-Marquardt steps",
         limits::kPositive);
   visit("tolerance", s.tolerance, "1",
-        "the search has converged when the cost decreases by less than this fraction",
+        "the search has converged when the next step should lower the cost by less than this "
+        "fraction",
         limits::kPositive);
   visit("chart", s.chart, "choice",
         "error chart of the steps; filter: that of the filter's settings",

@@ -75,7 +75,7 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tol
   options.linear_solver_type = type_of(solver);
   options.num_threads = 1;
   options.max_num_iterations = steps;
-  options.function_tolerance = tolerance;
+  options.function_tolerance = 0;  // Ceres would discard the last step: see StopRule
   options.parameter_tolerance = 1e-2 * tolerance;
   options.gradient_tolerance = 0;  // its size depends on the chart
   options.logging_type = ceres::SILENT;
@@ -97,16 +97,27 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tol
   return options;
 }
 
-// Ends a search after the present step.
-class StopBetweenSteps : public ceres::IterationCallback {
+// Ends a search after a step: on request, or where the next one is expected to lower the cost by
+// less than the fraction `tolerance`. Near the minimum each step lowers it by about the same factor
+// less.
+class StopRule : public ceres::IterationCallback {
  public:
-  explicit StopBetweenSteps(const StopRequest& stop) : stop_(&stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return *stop_ && (*stop_)() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  StopRule(const StopRequest& stop, double tolerance) : stop_(&stop), tolerance_(tolerance) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
+    if (*stop_ && (*stop_)()) return ceres::SOLVER_ABORT;
+    if (step.iteration == 0 || !step.step_is_valid) return ceres::SOLVER_CONTINUE;
+    const double now = std::abs(step.cost_change);
+    const double factor = step.step_is_successful && last_ > 0 ? std::min(now / last_, 1.0) : 1;
+    last_ = step.step_is_successful ? now : 0;
+    return now * factor <= tolerance_ * step.cost ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                  : ceres::SOLVER_CONTINUE;
   }
 
  private:
   const StopRequest* stop_;
+  double tolerance_;
+  double last_ = 0;  // change of the cost by the step before; 0: it failed, or there is none
 };
 
 }  // namespace
@@ -119,8 +130,8 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   // Keeps the previous radius: after a restart, uncertain directions would take a dozen steps.
   options.initial_trust_region_radius =
       std::max(options.initial_trust_region_radius, trust_radius_);
-  StopBetweenSteps between_steps(stop_);
-  options.callbacks.push_back(&between_steps);
+  StopRule rule(stop_, tolerance);
+  options.callbacks.push_back(&rule);
   ceres::Solver::Summary summary;
   const WithoutOpenMp one_thread;
   ceres::Solve(options, &problem.ceres(), &summary);
@@ -131,8 +142,10 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   report.successful += std::max(summary.num_successful_steps - 1, 0);
   report.final_cost = summary.final_cost;
   for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
-  report.converged = summary.termination_type == ceres::CONVERGENCE;
-  report.end = summary.message;
+  const bool by_rule = summary.termination_type == ceres::USER_SUCCESS;
+  report.converged = by_rule || summary.termination_type == ceres::CONVERGENCE;
+  report.end = by_rule ? "the next step is expected to lower the cost by less than the tolerance"
+                       : summary.message;
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
     throw Error(ExitCode::kDiverged,
                 "batch estimation found no finite minimum: " + summary.message);

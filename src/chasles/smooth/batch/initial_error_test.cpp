@@ -149,20 +149,20 @@ TEST_P(InitialErrorSearch, WithBodyVelocitiesTheSame) {
   }
 }
 
-// With a tolerance of the whole cost, a search ends at its start and counts as converged.
+// With a tolerance of the whole cost, a search ends after its first steps and counts as converged.
 TEST_P(InitialErrorSearch, WhatEndsOnTheWayHasStalledAndSaysHowMuchIsLeft) {
   const SmallScene scene = [] {
     SmallScene s = small_scene({.frames = 12, .cameras = 2});
     s.input.initial = s.truth;
     return s;
   }();
-  BatchSettings ending = settings(1e-3, LandmarkForm::kInverseDepth);
+  BatchSettings ending = settings(3e-3, LandmarkForm::kInverseDepth);
   const double least = smooth(scene.input, "standard", ending).report.final_cost;
   ending.tolerance = 1;
   const BatchReport report = smooth(scene.input, "standard", ending).report;
   EXPECT_TRUE(report.converged);
   EXPECT_TRUE(report.stalled);
-  EXPECT_GT(report.decrease_left, 0.02);
+  EXPECT_GT(report.decrease_left, 1e-3);
   EXPECT_NEAR(report.decrease_left / (1 - least / report.final_cost), 1, 0.05);
 }
 

@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 #include <ceres/cost_function.h>
@@ -13,6 +16,38 @@ ceres::Problem::Options problem_options() {
   ceres::Problem::Options options;
   options.enable_fast_removal = false;
   return options;
+}
+
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+using SparseColumns = Eigen::SparseMatrix<double>;
+
+// The lower triangle of J^T J, by columns. Eigen's sparse product forms and sorts both triangles,
+// which takes as long as the factorisation.
+SparseColumns lower_of_square(const Eigen::Map<const SparseRows>& J) {
+  const SparseColumns by_columns = J;
+  const int n = static_cast<int>(J.cols());
+  std::vector<double> sum(static_cast<std::size_t>(n), 0.0);
+  std::vector<int> seen(static_cast<std::size_t>(n), -1), rows;
+  SparseColumns lower(n, n);
+  lower.reserve(J.nonZeros() * 2);
+  for (int j = 0; j < n; ++j) {
+    rows.clear();
+    for (SparseColumns::InnerIterator in_column(by_columns, j); in_column; ++in_column) {
+      for (Eigen::Map<const SparseRows>::InnerIterator it(J, in_column.row()); it; ++it) {
+        if (it.col() < j) continue;
+        const auto i = static_cast<std::size_t>(it.col());
+        if (std::exchange(seen[i], j) != j) rows.push_back(static_cast<int>(it.col()));
+        sum[i] += in_column.value() * it.value();
+      }
+    }
+    std::ranges::sort(rows);
+    lower.startVec(j);
+    for (const int row : rows) {
+      lower.insertBack(row, j) = std::exchange(sum[static_cast<std::size_t>(row)], 0.0);
+    }
+  }
+  lower.finalize();
+  return lower;
 }
 
 }  // namespace
@@ -112,13 +147,10 @@ NormalEquations normal_equations(ProblemBlocks& problem) {
   ceres::CRSMatrix crs;
   std::vector<double> gradient;
   problem.ceres().Evaluate(options, nullptr, nullptr, &gradient, &crs);
-  using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   const Eigen::Map<const SparseRows> J(crs.num_rows, crs.num_cols,
                                        static_cast<Eigen::Index>(crs.values.size()),
                                        crs.rows.data(), crs.cols.data(), crs.values.data());
-  const Eigen::SparseMatrix<double> by_columns = J;
-  const Eigen::SparseMatrix<double> H = by_columns.transpose() * by_columns;
-  return {.lower = H.triangularView<Eigen::Lower>(),
+  return {.lower = lower_of_square(J),
           .gradient = Eigen::Map<const Eigen::VectorXd>(gradient.data(), std::ssize(gradient))};
 }
 

@@ -3,14 +3,15 @@
 #include <functional>
 #include <vector>
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/Core>
+
+#include <chasles/smooth/batch/supernodal_cholesky.hpp>
 
 namespace chasles {
 
 /// Selected entries of the inverse of a large sparse symmetric positive definite matrix: all where
 /// the matrix itself has an entry, and more. Uses the recursion of Takahashi, Fagan & Chin (1973)
-/// upwards through the Cholesky factor, with column blocks of equal pattern. The whole inverse is
-/// never formed.
+/// upwards through the Cholesky factor. The whole inverse is never formed.
 class SelectedInverse {
  public:
   /// `lower`: the matrix's lower triangle, diagonal included. Throws Error(kDiverged) where it is
@@ -26,22 +27,11 @@ class SelectedInverse {
   Eigen::MatrixXd block(const std::vector<int>& indices) const;  ///< of these rows and columns
 
  private:
-  // Columns [first, first + width) of the permuted factor, which have the same rows.
-  struct Supernode {
-    int first = 0, width = 0;
-    std::vector<int> rows = {};  // the columns themselves and those below
-    Eigen::MatrixXd Z = {};      // rows x width: the inverse
-  };
-  void find_nodes(const Eigen::SparseMatrix<double>& L);
-  void invert(const Eigen::SparseMatrix<double>& L, const Eigen::VectorXd& D,
-              const std::function<bool()>& stop);
+  void invert(const std::function<bool()>& stop);
   void gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const;
 
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>
-      cholesky_;
-  std::vector<int> place_;      // of a row in the permuted order
-  std::vector<int> supernode_;  // of a permuted column
-  std::vector<Supernode> nodes_;
+  SupernodalCholesky cholesky_;
+  std::vector<Eigen::MatrixXd> Z_;  ///< of each of its nodes: rows x width of the inverse
 };
 
 }  // namespace chasles
