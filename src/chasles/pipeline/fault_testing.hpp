@@ -160,13 +160,8 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
   std::vector<Estimate> estimates;
   Trajectory own;
   std::optional<Time> before;
-  while (auto item = feed.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
-    auto* tracked = std::get_if<TrackedFrame>(&*item);
-    if (!tracked) continue;
-    ++outcome.frames;
-    if (sensors.spoil) sensors.spoil(tracked->frame);
-    for (const Estimate& e : session.process(tracked->frame)) {
+  const auto add = [&](const std::vector<Estimate>& some) {
+    for (const Estimate& e : some) {
       ++outcome.estimates;
       outcome.degraded += e.health == Health::kDegraded;
       outcome.lost += e.health == Health::kLost;
@@ -176,6 +171,14 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
       own.push_back({.time = e.time, .pose = e.world_T_imu});
       estimates.push_back(e);
     }
+  };
+  while (auto item = feed.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*item)) add(session.process(*sample));
+    auto* tracked = std::get_if<TrackedFrame>(&*item);
+    if (!tracked) continue;
+    ++outcome.frames;
+    if (sensors.spoil) sensors.spoil(tracked->frame);
+    add(session.process(tracked->frame));
     feed.note_bias(session.gyroscope_bias());
   }
   outcome.resets = session.report().resets;

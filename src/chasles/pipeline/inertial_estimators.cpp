@@ -106,8 +106,7 @@ class InertialFilter : public InertialEstimator {
 
  protected:
   std::vector<Estimate> take(const ImuSample& measured) override {
-    session_.process(measured);
-    return {};
+    return session_.process(measured);
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override { return session_.process(frame); }
 };
@@ -149,7 +148,7 @@ class InertialBatch : public InertialFilter {
   }
   std::vector<Estimate> take(const ImuSample& measured) override {
     material_.samples.push_back(measured);
-    return InertialFilter::take(measured);
+    return keep(InertialFilter::take(measured));
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
     material_.frames.push_back(without_images(frame));
@@ -230,8 +229,9 @@ class InertialWindowEstimator : public InertialEstimator {
     std::vector<Estimate> estimates;
     if (ends_part(measured)) estimates = end_part();
     if (window_) return noted(window_->process(measured));
-    session_.process(measured);
     samples_.add(measured);
+    const std::vector<Estimate> first = session_.process(measured);
+    if (!first.empty()) append(begin(first.front()), estimates);
     return estimates;
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {

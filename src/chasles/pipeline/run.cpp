@@ -102,14 +102,15 @@ class Player {
   }
 
  private:
-  // A window's estimates come with the samples for which its frames wait.
+  // Estimates come with the samples for which their frames wait.
   template <typename Sample>
   bool take(const Sample& sample) {
+    const bool started = estimator_.started();
     const Stopwatch time;
     const std::vector<Estimate> estimates = estimator_.process(sample);
     report_.estimator_seconds += time.seconds();
     for (const Estimate& e : estimates) {
-      keep(e, {.seconds = frame_time_.seconds(), .latency = {}});
+      keep(e, {.seconds = frame_time_.seconds(), .latency = latency(e, started)});
       observer_.on_progress(frames_, e.time);
     }
     return false;
@@ -128,11 +129,15 @@ class Player {
     if (tracked != nullptr) feed_.note_bias(estimator_.status().gyroscope_bias);
     const double each = frame_time_.seconds() / static_cast<double>(estimates.size());
     for (const Estimate& e : estimates) {
-      keep(e, {.seconds = each, .latency = started ? feed_.seconds_since(e.time) : std::nullopt});
+      keep(e, {.seconds = each, .latency = latency(e, started)});
     }
     observer_.on_progress(++frames_, frame.time);
     frame_time_ = {};
     return true;
+  }
+
+  std::optional<double> latency(const Estimate& estimate, bool started) const {
+    return started ? feed_.seconds_since(estimate.time) : std::nullopt;
   }
 
   void keep(const Estimate& estimate, EstimateTiming timing) {

@@ -186,6 +186,36 @@ TEST(TimeOffset, ThatIsKnownIsAsIfTheStampsWereRight) {
   }
 }
 
+// Frames that are stamped early wait for samples, but not for the next frame.
+TEST(TimeOffset, AnEstimateComesWithTheSampleForWhichItsFrameWaits) {
+  Recording early = simulate_densely(shaken(1), 0);
+  InertialSlamSettings settings;
+  settings.time_offset = 0.013;
+  const InertialStart start = draw_start(early, settings, 1, 0);
+  for (FeatureFrame& frame : early.frames) frame.time -= from_seconds(*settings.time_offset);
+  InertialSession session = session_for(early, start, settings);
+  std::optional<Time> waiting;
+  int waited = 0;
+  EventStream events(early);
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) {
+      for (const Estimate& e : session.process(*sample)) {
+        ASSERT_TRUE(waiting);
+        EXPECT_GE(sample->time, e.time);
+        EXPECT_LT(sample->time - e.time, std::chrono::milliseconds(10));  // of 200 Hz
+        waiting.reset();
+        ++waited;
+      }
+    }
+    const auto* frame = std::get_if<FeatureFrame>(&*event);
+    if (!frame) continue;
+    EXPECT_FALSE(waiting && session.running()) << "until the next frame";
+    EXPECT_TRUE(session.process(*frame).empty());
+    waiting = frame->time;
+  }
+  EXPECT_GT(waited, 20);
+}
+
 TEST(CalibratingSession, FindsItsStartAndKeepsItsCalibrationWhenItBeginsAnew) {
   const InertialSlamSettings settings = expecting_much();
   Miscalibrated m = by_much(settings, 0.03);
@@ -194,9 +224,7 @@ TEST(CalibratingSession, FindsItsStartAndKeepsItsCalibrationWhenItBeginsAnew) {
   Estimates estimates = play(session, m.recording);
   EXPECT_EQ(session.report().resets, 1)
       << why_not_initialised(session.waited(), session.requirements());
-  const Estimates last = session.finish();
-  EXPECT_FALSE(last.empty());  // frames are stamped early: they wait for samples
-  estimates.insert(estimates.end(), last.begin(), last.end());
+  append(session.finish(), estimates);
   expect_sound(estimates);
   const Estimate* before = nullptr;
   const Estimate* anew = nullptr;

@@ -54,9 +54,25 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
   end_part(false);
 }
 
-void InertialSession::process(const ImuSample& sample) {
-  if (screened_) return take(sample);
-  for (const ImuSample& measured : screen_.add(sample)) take(measured);
+std::vector<Estimate> InertialSession::process(const ImuSample& sample) {
+  if (screened_) {
+    take(sample);
+    return take_covered();
+  }
+  std::vector<Estimate> estimates;
+  for (const ImuSample& measured : screen_.add(sample)) {
+    take(measured);
+    append(take_covered(), estimates);
+  }
+  return estimates;
+}
+
+std::vector<Estimate> InertialSession::take_covered() {
+  std::vector<Estimate> estimates;
+  while (const auto next = waiting_.next([&](const auto& f) { return covered(f); })) {
+    append(take(*next), estimates);
+  }
+  return estimates;
 }
 
 void InertialSession::take(const ImuSample& measured) {
@@ -98,11 +114,7 @@ std::vector<Estimate> InertialSession::process(const FeatureFrame& frame) {
   last_frame_ = frame.time;
   if (waiting_.empty() && covered(frame)) return take(frame);
   waiting_.add(frame);
-  std::vector<Estimate> estimates;
-  while (const auto next = waiting_.next([&](const auto& f) { return covered(f); })) {
-    append(take(*next), estimates);
-  }
-  return estimates;
+  return take_covered();
 }
 
 std::vector<Estimate> InertialSession::finish() {

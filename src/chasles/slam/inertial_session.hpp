@@ -59,13 +59,14 @@ class InertialSession {
   using OutcomeObserver = std::function<void(const FeatureFrame&, std::span<const PixelOutcome>)>;
   void set_observer(OutcomeObserver observer) { observer_ = std::move(observer); }
 
-  void process(const ImuSample& sample);
+  /// The estimates of the frames that wait for this sample (below).
+  std::vector<Estimate> process(const ImuSample& sample);
   /// A measurement before the start waits for it. Once it is found, an older one counts as late.
   void process(const TimedMeasurement& measurement);
   /// The estimates that this frame completes: none before the start; with the start, those of all
   /// frames since its time. Where images are late on the IMU's clock (settings: time_offset,
   /// calibrate_time_offset), a frame waits until the samples reach its time. Its estimate then
-  /// comes with a later frame, or from finish().
+  /// comes with the sample that does, or from finish().
   std::vector<Estimate> process(const FeatureFrame& frame);
   /// The estimates of the frames that still wait; no more samples come.
   std::vector<Estimate> finish();
@@ -101,6 +102,7 @@ class InertialSession {
 
   void take(const ImuSample& measured);
   std::vector<Estimate> take(const FeatureFrame& frame);
+  std::vector<Estimate> take_covered();
   std::vector<Estimate> begin(InertialStart start);
   std::vector<Estimate> wait_for_given(const FeatureFrame& frame);
   std::optional<Estimate> step(const FeatureFrame& frame);

@@ -51,11 +51,9 @@ inline Estimates play(InertialSession& session, const Recording& recording) {
   Estimates all;
   EventStream events(recording);
   while (const auto event = events.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*event)) session.process(*sample);
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) append(session.process(*sample), all);
     const auto* frame = std::get_if<FeatureFrame>(&*event);
-    if (!frame) continue;
-    const Estimates some = session.process(*frame);
-    all.insert(all.end(), some.begin(), some.end());
+    if (frame) append(session.process(*frame), all);
   }
   return all;
 }

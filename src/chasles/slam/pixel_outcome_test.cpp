@@ -58,16 +58,19 @@ Seen watch(double push) {
       [&](const FeatureFrame&, std::span<const PixelOutcome> outcomes) { count(outcomes, seen); });
   EventStream events(recording);
   int number = 0;
-  while (auto event = events.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*event)) session.process(*sample);
-    auto* frame = std::get_if<FeatureFrame>(&*event);
-    if (!frame) continue;
-    if (++number % 10 == 0 && !frame->pixels.empty()) frame->pixels.front().pixel.x() += push;
-    for (const Estimate& e : session.process(*frame)) {
+  const auto add = [&](const std::vector<Estimate>& estimates) {
+    for (const Estimate& e : estimates) {
       seen.estimates_used += e.used;
       seen.estimates_rejected += e.rejected;
       seen.estimates_added += e.added;
     }
+  };
+  while (auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) add(session.process(*sample));
+    auto* frame = std::get_if<FeatureFrame>(&*event);
+    if (!frame) continue;
+    if (++number % 10 == 0 && !frame->pixels.empty()) frame->pixels.front().pixel.x() += push;
+    add(session.process(*frame));
   }
   return seen;
 }

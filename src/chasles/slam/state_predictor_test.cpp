@@ -30,7 +30,7 @@ Estimate play_until(InertialSession& session, StatePredictor& predictor, std::si
   Estimates all;
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
-      session.process(*sample);
+      append(session.process(*sample), all);
       predictor.add(*sample);
     }
     const auto* frame = std::get_if<FeatureFrame>(&*event);
@@ -139,8 +139,9 @@ TEST(StatePredictor, IsAsWrongAsItSaysAtTheRateOfTheImu) {
   int count = 0, none = 0;
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
-      session.process(*sample);
+      const Estimates waited = session.process(*sample);
       predictor.add(*sample);
+      for (const Estimate& e : waited) predictor.correct(e);
       const auto now = predictor.at(sample->time);
       const auto truth = pose_at(hallway().truth, sample->time, std::chrono::milliseconds(40));
       none += !now;

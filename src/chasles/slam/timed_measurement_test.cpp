@@ -169,9 +169,12 @@ TEST(TimedMeasurement, WaitsForTheStartOfASession) {
   std::vector<Time> given;
   std::optional<Time> started;
   std::size_t number = 0;
+  const auto note = [&](const std::vector<Estimate>& estimates) {
+    if (!started && !estimates.empty()) started = estimates.front().time;
+  };
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
-      session.process(*sample);
+      note(session.process(*sample));
       if (number++ % 10 == 0) {
         given.push_back(sample->time);
         session.process({.time = sample->time, .model = [](const State& x) {
@@ -179,10 +182,7 @@ TEST(TimedMeasurement, WaitsForTheStartOfASession) {
                          }});
       }
     }
-    if (const auto* frame = std::get_if<FeatureFrame>(&*event)) {
-      const std::vector<Estimate> estimates = session.process(*frame);
-      if (!started && !estimates.empty()) started = estimates.front().time;
-    }
+    if (const auto* frame = std::get_if<FeatureFrame>(&*event)) note(session.process(*frame));
   }
   ASSERT_TRUE(started);
   const auto before = std::ranges::count_if(given, [&](Time time) { return time < *started; });

@@ -4,11 +4,12 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/simulated_drive_testing.hpp>
+#include <chasles/frontend/frontend_testing.hpp>
 #include <chasles/imu/strapdown.hpp>
 #include <chasles/lie/se3.hpp>
 
-// Results of lie/, imu/, camera/ and filter/ with all digits, for compare.py: the same source
-// prints them on two machines. A line has a name and the numbers of one vector or matrix.
+// Results of lie/, imu/, camera/, filter/ and frontend/ with all digits, for compare.py: the same
+// source prints them on two machines. A line has a name and the numbers of one vector or matrix.
 namespace chasles::test {
 namespace {
 
@@ -76,6 +77,30 @@ void print_filters() {
   }
 }
 
+// Two cameras on an arc in a room of random texture: integer patches, corners and pyramids.
+void print_tracks() {
+  const std::vector<Camera> rig = euroc_rig();
+  Frontend frontend({}, rig);
+  SE3 last;
+  for (int i = 0; i < 12; ++i) {
+    const SE3 world_T_imu(so3::exp({0.01 * i, 0.02 * i, -0.015 * i}),
+                          {0.04 * i, -0.03 * i, 0.02 * i});
+    ImageFrame frame{.time = from_seconds(0.05 * i), .images = {}};
+    double grey = 0;
+    for (const Camera& camera : rig) {
+      frame.images.push_back(room().render(camera, world_T_imu * camera.cam_T_imu.inverse()));
+      for (const std::uint8_t pixel : frame.images.back().pixels) grey += pixel;
+    }
+    print("frontend.image", Eigen::Matrix<double, 1, 1>(grey));
+    const FeatureFrame tracks = frontend.process(frame, gyroscope(last, world_T_imu));
+    last = world_T_imu;
+    for (const PixelObservation& o : tracks.pixels) {
+      print("frontend.track", Eigen::Vector2d(static_cast<double>(o.landmark), o.camera));
+      print("frontend.pixel", o.pixel);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace chasles::test
 
@@ -85,5 +110,6 @@ int main() {
   chasles::test::print_strapdown(random);
   chasles::test::print_cameras(random);
   chasles::test::print_filters();
+  chasles::test::print_tracks();
   return 0;
 }
