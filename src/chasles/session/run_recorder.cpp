@@ -42,6 +42,7 @@ RunRecorder::RunRecorder(const Recording& recording, const Estimator& estimator,
   run.plan = recording.plan;
   run.georeference = recording.georeference;
   run.dead_reckoning = std::move(options_.dead_reckoning);
+  run.states.reserve(frame_count(recording));  // to grow would have them twice
   result_.has_prior_map = options_.prior_map.has_value();
   if (options_.realtime) result_.realtime = RealtimeFigures{.speed = *options_.realtime};
 }
@@ -150,6 +151,7 @@ RecordedRun RunRecorder::finish(RunReport report) {
   result_.report = std::move(report);
   const EstimatedMap whole = estimator_.whole_map();
   result_.run.landmarks = landmarks(whole);
+  result_.run.smoothed.reserve(whole.poses.size());
   for (const PastPose& pose : whole.poses) {
     result_.run.smoothed.push_back(
         {.time = pose.time, .world_T_imu = pose.map_T_imu, .pose_covariance = pose.covariance});
