@@ -1,10 +1,12 @@
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/free_memory.hpp>
 #include <chasles/pipeline/observer_list.hpp>
 #include <chasles/session/diagnosis.hpp>
 #include <chasles/session/image_keeper.hpp>
@@ -98,8 +100,10 @@ RecordedRun PreparedRun::record(RunObserver& viewer) {
   EndsOnRequest end(stop_);
   TrackRelease release(recording_);
   ObserverList observers{*recorder_, keeper, terminal, end, viewer, release};
-  RecordedRun result = recorder_->finish(
-      chasles::run(recording_, *prepared_.estimator, prepared_.frontend, prepared_.run, observers));
+  RunReport report =
+      chasles::run(recording_, *prepared_.estimator, prepared_.frontend, prepared_.run, observers);
+  recording_.imu = std::vector<ImuSample>();  // as the tracks
+  RecordedRun result = recorder_->finish(std::move(report));
   result.run.images = keeper.take();
   return result;
 }
@@ -118,6 +122,7 @@ CompletedRun PreparedRun::run(RunObserver& viewer) {
   CompletedRun run{.result = record_or_diagnose(viewer)};
   if (needs_estimator(options_)) run.estimator = std::move(prepared_.estimator);
   prepared_.estimator.reset();  // the evaluation needs memory, too
+  return_free_memory();
   prepare_truth_of_run(options_.input.truth_options, recording_, run.result);
   add_remarks(run.result.run, run.result.report, frame_count(recording_), recording_.remarks);
   run.summary = prepared_.summary(run.result);

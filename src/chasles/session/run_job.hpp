@@ -58,7 +58,8 @@ using PlannedRun = std::function<PreparedRun(const StopRequest& stop)>;
 
 /// Checks options and settings for a run of this recording, as the command and the Python module
 /// make it. Settings of the reader read it again, by the options. Options and recording must
-/// outlive the run, which adds remarks to the recording and gives up its tracks. Throws UsageError.
+/// outlive the run, which adds remarks to the recording and gives up its tracks and IMU samples.
+/// Throws UsageError.
 PlannedRun plan_run(const SessionOptions& options, Recording& recording);
 
 }  // namespace chasles

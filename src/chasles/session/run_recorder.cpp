@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/free_memory.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/session/recognition_report.hpp>
@@ -54,6 +55,7 @@ Run RunRecorder::header() const {
 }
 
 LiveMap RunRecorder::live_map() const {
+  return_free_memory();  // the whole path and map take much
   const nlohmann::ordered_json known =
       recognition_json(estimator_.report(), result_.run, result_.has_prior_map);
   return {.landmarks = landmarks(estimator_.whole_map()),
@@ -149,6 +151,7 @@ RecordedRun RunRecorder::finish(RunReport report) {
   coverage.estimated = std::min(
       coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));
   result_.report = std::move(report);
+  return_free_memory();
   const EstimatedMap whole = estimator_.whole_map();
   result_.run.landmarks = landmarks(whole);
   result_.run.smoothed.reserve(whole.poses.size());

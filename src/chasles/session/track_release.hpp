@@ -22,6 +22,7 @@ class TrackRelease : public RunObserver {
   Recording& recording_;
   bool started_ = false;
   std::size_t released_ = 0;  ///< of the frames, from the first
+  std::size_t bytes_ = 0;     ///< of tracks since their memory was last given back
 };
 
 }  // namespace chasles
