@@ -63,7 +63,7 @@ bool is_internal(const fs::path& file) {
 bool is_standard(const std::string& header) {
   static const std::regex standard("[a-z_0-9]+");
   static const std::regex posix(
-      R"(((sys|arpa|netinet)/[a-z]+|dlfcn|fcntl|ifaddrs|pthread|unistd)\.h)");
+      R"(((sys|arpa|netinet)/[a-z]+|dlfcn|fcntl|ifaddrs|malloc|pthread|unistd)\.h)");
   return std::regex_match(header, standard) || std::regex_match(header, posix);
 }
 

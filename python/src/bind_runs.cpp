@@ -123,7 +123,7 @@ PythonRun run(const Recording& given, const std::filesystem::path& path, const p
     if (!done.result.report.interrupted) {
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
-                .batch = done.estimator->report().batch_terms,
+                .batch = std::move(done.result.report.estimator.batch_terms),
                 .unsaved = unsaved(o, recording, done),
                 .frame_times = frame_times_of(recording)};
     }

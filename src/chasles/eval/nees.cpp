@@ -12,6 +12,29 @@
 #include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
+namespace {
+
+// `variance(i, axis)`: of the i-th error.
+template <class Variance>
+SigmaShares shares_of(std::span<const Vector6d> errors, const Variance& variance, double sigmas) {
+  SigmaShares result{.sigmas = sigmas};
+  for (Eigen::Index axis = 0; axis < 6; ++axis) {
+    std::size_t inside = 0, count = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const double of_error = variance(i, axis);
+      if (!(of_error > 0) || !std::isfinite(of_error)) continue;
+      ++count;
+      inside += std::abs(errors[i][axis]) <= sigmas * std::sqrt(of_error) ? 1 : 0;
+    }
+    const auto i = static_cast<std::size_t>(axis);
+    result.count[i] = count;
+    result.share[i] = count == 0 ? kNaN : static_cast<double>(inside) / static_cast<double>(count);
+  }
+  return result;
+}
+
+}  // namespace
+
 // P is scaled to unit diagonal first, so that "singular" does not depend on the units: a pivot
 // below the limit is a correlation of 1 within round-off.
 double normalised_square(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
@@ -93,29 +116,18 @@ ConsistencySummary summarize_nees(std::span<const double> values, int dof) {
 
 SigmaShares sigma_shares(std::span<const Vector6d> errors, std::span<const Matrix6d> covariances,
                          double sigmas) {
-  SigmaShares result{.sigmas = sigmas};
-  for (Eigen::Index axis = 0; axis < 6; ++axis) {
-    std::size_t inside = 0, count = 0;
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-      const double variance = covariances[i](axis, axis);
-      if (!(variance > 0) || !std::isfinite(variance)) continue;
-      ++count;
-      inside += std::abs(errors[i][axis]) <= sigmas * std::sqrt(variance) ? 1 : 0;
-    }
-    const auto i = static_cast<std::size_t>(axis);
-    result.count[i] = count;
-    result.share[i] = count == 0 ? kNaN : static_cast<double>(inside) / static_cast<double>(count);
-  }
-  return result;
+  return shares_of(
+      errors, [&](std::size_t i, Eigen::Index axis) { return covariances[i](axis, axis); }, sigmas);
 }
 
 Nees nees_of_truths(const MatchedTrajectories& matched, std::span<const SE3> truths,
                     std::span<const Matrix6d> covariances, PoseError definition) {
+  constexpr double kSigmas = 3;
   Nees result;
   result.definition = definition;
   if (truths.empty()) return result;
   std::vector<Vector6d> errors;
-  std::vector<Matrix6d> matched_covariances;
+  errors.reserve(truths.size());
   for (std::size_t i = 0; i < truths.size(); ++i) {
     const std::size_t row = matched.estimate_index[i];
     if (row >= covariances.size()) {
@@ -126,7 +138,6 @@ Nees nees_of_truths(const MatchedTrajectories& matched, std::span<const SE3> tru
     const SE3& estimate = matched.estimate[i].pose;
     const PoseNees one = pose_nees(definition, truths[i], estimate, covariances[row]);
     errors.push_back(pose_error(PoseError::kStandard, truths[i], estimate));
-    matched_covariances.push_back(covariances[row]);
     result.times.push_back(matched.estimate[i].time);
     result.attitude.push_back(one.attitude);
     result.position.push_back(one.position);
@@ -135,7 +146,12 @@ Nees nees_of_truths(const MatchedTrajectories& matched, std::span<const SE3> tru
   result.attitude_summary = summarize_nees(result.attitude, 3);
   result.position_summary = summarize_nees(result.position, 3);
   result.pose_summary = summarize_nees(result.pose, 6);
-  result.within_3_sigma = sigma_shares(errors, matched_covariances);
+  result.within_3_sigma = shares_of(
+      errors,
+      [&](std::size_t i, Eigen::Index axis) {
+        return covariances[matched.estimate_index[i]](axis, axis);
+      },
+      kSigmas);
   return result;
 }
 
@@ -146,6 +162,7 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
     const SE3 estimate_T_truth =
         align(matched, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
             .truth_T_estimate.inverse();
+    truths.reserve(matched.truth.size());
     for (const StampedPose& row : matched.truth) truths.push_back(estimate_T_truth * row.pose);
   }
   return nees_of_truths(matched, truths, covariances, definition);

@@ -39,11 +39,18 @@ bool is_taken(int folder, int lock) {
 
 fs::path part_of(const fs::path& file) { return file.string() + ".part"; }
 
-void append(const fs::path& file, std::string_view bytes) {
+// Returns the number of bytes.
+std::size_t append(const fs::path& file, const std::function<bool(std::string& part)>& next) {
   std::ofstream stream(file, std::ios::binary | std::ios::app);
-  stream << bytes << std::flush;
+  std::size_t bytes = 0;
+  for (std::string part; next(part); part.clear()) {
+    stream << part;
+    bytes += part.size();
+  }
+  stream << std::flush;
   if (!stream) throw UsageError(fmt::format("{}: cannot be written", file.string()));
   sync_to_disk(file);
+  return bytes;
 }
 
 }  // namespace
@@ -131,10 +138,8 @@ void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks
     write_tum(run.dead_reckoning, folder_ / kDeadReckoning);
     sync_to_disk(folder_ / kDeadReckoning);
   }
-  const std::string rows = states_text(run, written_);
-  append(folder_ / kStates, rows);
+  bytes_ += append(folder_ / kStates, state_parts(run, written_));
   written_ = run.states.size();
-  bytes_ += rows.size();
   replace_file(folder_ / kLandmarks, landmark_parts(landmarks));
   // The last file: with it the folder is readable, and it states how much of states.csv is whole.
   (*summary_)[kStatesBytes] = bytes_;

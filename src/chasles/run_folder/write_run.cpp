@@ -139,10 +139,9 @@ void append_landmark(std::string& text, const RunLandmark& l, bool initial) {
 
 }  // namespace
 
-std::string states_text(const Run& run, std::size_t from) {
-  std::string text = from == 0 ? header(state_columns(run.extra_names)) : "";
-  append_rows(text, std::span(run.states).subspan(from));
-  return text;
+std::function<bool(std::string&)> state_parts(const Run& run, std::size_t from) {
+  return parts_of_table<RunState>(from == 0 ? header(state_columns(run.extra_names)) : "",
+                                  std::span(run.states).subspan(from), append_rows);
 }
 
 std::function<bool(std::string&)> landmark_parts(std::span<const RunLandmark> landmarks) {
@@ -195,8 +194,7 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   FolderReplacement replacement(folder);
   const std::filesystem::path& place = replacement.place();
   write_tum(trajectory_of(run.states), place / "trajectory.tum");
-  write_parts(place / "states.csv", parts_of_table<RunState>(header(state_columns(run.extra_names)),
-                                                             run.states, append_rows));
+  write_parts(place / "states.csv", state_parts(run));
   if (!run.smoothed.empty()) {
     write_tum(trajectory_of(run.smoothed), place / "trajectory_smoothed.tum");
     write_poses(place / "smoothed.csv", run.smoothed);

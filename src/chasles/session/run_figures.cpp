@@ -77,6 +77,8 @@ Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, boo
 template <class Pose>
 std::pair<Trajectory, std::vector<Matrix6d>> poses_of(const std::vector<Pose>& poses) {
   std::pair<Trajectory, std::vector<Matrix6d>> result;
+  result.first.reserve(poses.size());
+  result.second.reserve(poses.size());
   for (const Pose& pose : poses) {
     result.first.push_back({.time = pose.time, .pose = pose.world_T_imu});
     result.second.push_back(pose.pose_covariance);

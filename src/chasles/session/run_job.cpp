@@ -1,15 +1,18 @@
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chasles/base/error.hpp>
+#include <chasles/base/free_memory.hpp>
 #include <chasles/pipeline/observer_list.hpp>
 #include <chasles/session/diagnosis.hpp>
 #include <chasles/session/image_keeper.hpp>
 #include <chasles/session/progress.hpp>
 #include <chasles/session/run_job.hpp>
+#include <chasles/session/track_release.hpp>
 #include <chasles/session/truth_of_run.hpp>
 #include <chasles/session/truth_preparation.hpp>
 
@@ -73,6 +76,11 @@ void add_remarks(const Run& run, const RunReport& report, std::size_t frames,
   }
 }
 
+// Whether an output is made by the estimator after the run.
+bool needs_estimator(const SessionOptions& o) {
+  return o.extend || !o.save_map.empty() || !o.full_covariance.empty();
+}
+
 }  // namespace
 
 PreparedRun::PreparedRun(const SessionOptions& options, Recording& recording,
@@ -90,9 +98,12 @@ RecordedRun PreparedRun::record(RunObserver& viewer) {
   ImageKeeper keeper(recording_, options_.keep_images);
   OnTerminal terminal(*recorder_, frame_count(recording_), options_.quiet);
   EndsOnRequest end(stop_);
-  ObserverList observers{*recorder_, keeper, terminal, end, viewer};
-  RecordedRun result = recorder_->finish(
-      chasles::run(recording_, *prepared_.estimator, prepared_.frontend, prepared_.run, observers));
+  TrackRelease release(recording_);
+  ObserverList observers{*recorder_, keeper, terminal, end, viewer, release};
+  RunReport report =
+      chasles::run(recording_, *prepared_.estimator, prepared_.frontend, prepared_.run, observers);
+  recording_.imu = std::vector<ImuSample>();  // as the tracks
+  RecordedRun result = recorder_->finish(std::move(report));
   result.run.images = keeper.take();
   return result;
 }
@@ -109,6 +120,9 @@ RecordedRun PreparedRun::record_or_diagnose(RunObserver& viewer) {
 
 CompletedRun PreparedRun::run(RunObserver& viewer) {
   CompletedRun run{.result = record_or_diagnose(viewer)};
+  if (needs_estimator(options_)) run.estimator = std::move(prepared_.estimator);
+  prepared_.estimator.reset();  // the evaluation needs memory, too
+  return_free_memory();
   prepare_truth_of_run(options_.input.truth_options, recording_, run.result);
   add_remarks(run.result.run, run.result.report, frame_count(recording_), recording_.remarks);
   run.summary = prepared_.summary(run.result);
@@ -120,7 +134,6 @@ CompletedRun PreparedRun::run(RunObserver& viewer) {
   if (const TracksPart& tracks = options_.input.tracks; tracks.part) {
     run.summary["tracks"] = {{"part", *tracks.part}, {"seed", tracks.seed}, {"rest", tracks.rest}};
   }
-  run.estimator = std::move(prepared_.estimator);
   run.map = std::move(prepared_.map);
   return run;
 }

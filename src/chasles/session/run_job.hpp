@@ -18,6 +18,7 @@ namespace chasles {
 struct CompletedRun {
   RecordedRun result;
   nlohmann::ordered_json summary = {};  ///< content of summary.json, without `files`
+  /// Only for options that need it: a saved map, the full covariance.
   std::unique_ptr<Estimator> estimator = {};
   std::unique_ptr<SharedMap> map = {};  ///< in which it looked for its place; none: null
 };
@@ -36,8 +37,9 @@ class PreparedRun {
   const nlohmann::ordered_json& known() const { return prepared_.known; }
 
   /// Runs the estimator over the recording, once. Draws the progress bar and keeps images; `viewer`
-  /// follows. Adds remarks to the recording. Throws as run() of pipeline/run.hpp; for a run without
-  /// an estimate it says what a check of the recording finds.
+  /// follows. Adds remarks to the recording, and gives up its tracks (TrackRelease). Throws as
+  /// run() of pipeline/run.hpp; for a run without an estimate it says what a check of the recording
+  /// finds.
   CompletedRun run(RunObserver& viewer);
 
  private:
@@ -56,7 +58,8 @@ using PlannedRun = std::function<PreparedRun(const StopRequest& stop)>;
 
 /// Checks options and settings for a run of this recording, as the command and the Python module
 /// make it. Settings of the reader read it again, by the options. Options and recording must
-/// outlive the run, which adds remarks to the recording. Throws UsageError.
+/// outlive the run, which adds remarks to the recording and gives up its tracks and IMU samples.
+/// Throws UsageError.
 PlannedRun plan_run(const SessionOptions& options, Recording& recording);
 
 }  // namespace chasles

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/base/free_memory.hpp>
 #include <chasles/codec/utf8.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/session/recognition_report.hpp>
@@ -42,6 +43,7 @@ RunRecorder::RunRecorder(const Recording& recording, const Estimator& estimator,
   run.plan = recording.plan;
   run.georeference = recording.georeference;
   run.dead_reckoning = std::move(options_.dead_reckoning);
+  run.states.reserve(frame_count(recording));  // to grow would have them twice
   result_.has_prior_map = options_.prior_map.has_value();
   if (options_.realtime) result_.realtime = RealtimeFigures{.speed = *options_.realtime};
 }
@@ -53,6 +55,7 @@ Run RunRecorder::header() const {
 }
 
 LiveMap RunRecorder::live_map() const {
+  return_free_memory();  // the whole path and map take much
   const nlohmann::ordered_json known =
       recognition_json(estimator_.report(), result_.run, result_.has_prior_map);
   return {.landmarks = landmarks(estimator_.whole_map()),
@@ -148,8 +151,10 @@ RecordedRun RunRecorder::finish(RunReport report) {
   coverage.estimated = std::min(
       coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));
   result_.report = std::move(report);
+  return_free_memory();
   const EstimatedMap whole = estimator_.whole_map();
   result_.run.landmarks = landmarks(whole);
+  result_.run.smoothed.reserve(whole.poses.size());
   for (const PastPose& pose : whole.poses) {
     result_.run.smoothed.push_back(
         {.time = pose.time, .world_T_imu = pose.map_T_imu, .pose_covariance = pose.covariance});

@@ -99,7 +99,8 @@ void CondensedRun::begin_work(Batch batch) {
 }
 
 // What is near has been measured, so that of x only Q^T x is of use.
-void CondensedRun::finish(Condensed& batch, const Later& near, const MatrixXd& Q) {
+void CondensedRun::finish(Condensed& batch, const Later& near, const MatrixXd& Q) const {
+  const bool to_disk = bytes() - bytes_on_disk() > bytes_in_memory_;
   if (batch.by_next.size() > 0) {
     batch.near.G += around(batch.by_next, near.G);
     batch.near.g += batch.by_next * near.g;
@@ -118,6 +119,8 @@ void CondensedRun::finish(Condensed& batch, const Later& near, const MatrixXd& Q
           UG.middleRows(at, item.size) * U.middleRows(at, item.size).transpose();
       at += item.size;
     }
+    if (to_disk) finished.disk = disk_->put(finished.rows);
+    if (finished.disk) finished.rows.resize(0, 0);
     step = std::make_shared<Rows>(std::move(finished));
   }
 }
@@ -215,11 +218,13 @@ std::vector<CondensedRun::Later> CondensedRun::laters(const Later& last) const {
   return result;
 }
 
-void CondensedRun::visit_rows(const Rows& rows, const Later& later, const Visitor& visit) {
+void CondensedRun::visit_rows(const Rows& step, const Later& later, const Visitor& visit) {
   const Index rank = later.g.size();
+  const MatrixXd from_disk = step.disk ? step.disk->read() : MatrixXd();
+  const MatrixXd& rows = step.disk ? from_disk : step.rows;
   Index at = 0;
-  for (const Segment::Item& item : rows.items) {
-    const auto row = rows.rows.middleRows(at, item.size);
+  for (const Segment::Item& item : step.items) {
+    const auto row = rows.middleRows(at, item.size);
     const MatrixXd U = row.leftCols(rank);
     visit(without_rounding(
         {.number = item.number,
@@ -272,6 +277,14 @@ std::size_t CondensedRun::bytes() const {
   add(current_);
   if (after_) add(*after_);
   if (work_) add(work_->batch);
+  return sizeof(double) * static_cast<std::size_t>(numbers) + bytes_on_disk();
+}
+
+std::size_t CondensedRun::bytes_on_disk() const {
+  Index numbers = 0;
+  for (const Condensed& one : condensed_) {
+    for (const auto& step : one.steps) numbers += step->disk ? step->disk->size() : 0;
+  }
   return sizeof(double) * static_cast<std::size_t>(numbers);
 }
 

@@ -4,10 +4,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <chasles/filter/past/disk_matrix.hpp>
 #include <chasles/filter/past/fixed_interval.hpp>
 #include <chasles/filter/past/segment.hpp>
 
@@ -17,11 +19,15 @@ namespace chasles {
 /// exchanged, few directions x connect it with what left before: an item's error is U x + e, with
 /// an e that no later measurement concerns. So segments are kept in batches; two batches later, of
 /// each item only U, its correction and its covariance remain (docs/map.md). To rounding, nothing
-/// is approximate.
+/// is approximate. These are read only when the estimates are asked for: beyond some bound they are
+/// on disk, unless that has no room.
 class CondensedRun {
  public:
-  /// `segments`: in a batch.
-  explicit CondensedRun(int segments) : segments_(segments) {}
+  static constexpr std::size_t kBytesInMemory = 16 << 20;
+
+  /// `segments`: in a batch; `bytes_in_memory`: of condensed batches, others are on disk.
+  explicit CondensedRun(int segments, std::size_t bytes_in_memory = kBytesInMemory)
+      : segments_(segments), bytes_in_memory_(bytes_in_memory) {}
 
   /// `end`: covariance of the state at the end of the segment.
   void append(const Segment& segment, const Eigen::MatrixXd& end);
@@ -35,7 +41,8 @@ class CondensedRun {
   /// up.
   void give_up_older_half(const Visitor& visit);
 
-  std::size_t bytes() const;
+  std::size_t bytes() const;          ///< in memory and on disk
+  std::size_t bytes_on_disk() const;  ///< of these
 
  private:
   /// A segment, without the cross-covariances of its items.
@@ -61,7 +68,8 @@ class CondensedRun {
   /// Of the items of a step: rows [U, correction, covariance].
   struct Rows {
     std::vector<Segment::Item> items;
-    Eigen::MatrixXd rows;
+    Eigen::MatrixXd rows;  ///< empty if they are on disk
+    std::optional<DiskMatrix> disk = {};
   };
   /// A batch whose items are known by x: with what the batch after it did to the x before.
   struct Condensed {
@@ -83,15 +91,17 @@ class CondensedRun {
   static SmoothedState smoothed(const Step& step, std::size_t item, Eigen::Index row,
                                 const Later& later);
   static void prepend(const Step& step, const Later& later, std::vector<SmoothedState>& states);
-  static void visit_rows(const Rows& rows, const Later& later, const Visitor& visit);
+  static void visit_rows(const Rows& step, const Later& later, const Visitor& visit);
   static void visit_batch(const Condensed& batch, const Later& later, const Visitor& visit);
-  static void finish(Condensed& batch, const Later& near, const Eigen::MatrixXd& Q);
+  void finish(Condensed& batch, const Later& near, const Eigen::MatrixXd& Q) const;
   void condense_step();
   void begin_work(Batch batch);
   Later recent(const Segment* latest, std::vector<SmoothedState>& states) const;
   std::vector<Later> laters(const Later& last) const;
 
   int segments_;
+  std::size_t bytes_in_memory_;
+  std::shared_ptr<DiskMatrices> disk_ = std::make_shared<DiskMatrices>();  ///< shared with copies
   std::vector<Condensed> condensed_;  ///< the last of them may be in work
   std::optional<Work> work_;
   std::optional<Batch> after_;  ///< the batch after that in work
