@@ -10,8 +10,8 @@
 namespace chasles {
 namespace {
 
-// Every return composes the past, so landmarks are looked for now and then, several at a time.
-// A proposed place in a map waits for its confirmation alone.
+// Every return passes all segments of the past. So landmarks are looked for now and then, several
+// at a time. A proposed place in a map waits for its confirmation alone.
 constexpr Time kBetweenImages = std::chrono::milliseconds(300);
 constexpr Time kWhileProposed = std::chrono::milliseconds(100);
 constexpr Time kBetweenIds = std::chrono::milliseconds(500);

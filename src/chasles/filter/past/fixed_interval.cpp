@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
+#include <chasles/filter/past/connections.hpp>
 #include <chasles/filter/past/fixed_interval.hpp>
 
 namespace chasles {
@@ -12,108 +12,131 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What later measurements do to errors that have the cross-covariance C with some variables:
-// correction C g, change of the covariance C G C^T.
+// What later measurements do to errors o with the cross-covariance C with the rows of the state and
+// with the landmarks that have left and return later: correction C g, change of the covariance
+// C G C^T.
 struct Later {
+  MatrixXd of_state, by_places, of_places;  // blocks of G
+  VectorXd g, g_places;
+};
+
+Later without_measurements(Index rows, Index places) {
+  return {.of_state = MatrixXd::Zero(rows, rows),
+          .by_places = MatrixXd::Zero(places, rows),
+          .of_places = MatrixXd::Zero(places, places),
+          .g = VectorXd::Zero(rows),
+          .g_places = VectorXd::Zero(places)};
+}
+
+// To so many places as they were before they were numbered anew. Those that were given up then had
+// returned: no later measurement concerns them but through the state.
+void renumber(const std::vector<Index>& before, Index places, Later& later) {
+  const auto kept = static_cast<Index>(before.size());
+  Later result = without_measurements(0, places);
+  result.of_places(before, before) = later.of_places.topLeftCorner(kept, kept);
+  result.g_places(before) = later.g_places.head(kept);
+  result.by_places = MatrixXd::Zero(places, later.g.size());
+  result.by_places(before, Eigen::all) = later.by_places.topRows(kept);
+  later.by_places = std::move(result.by_places);
+  later.of_places = std::move(result.of_places);
+  later.g_places = std::move(result.g_places);
+}
+
+// What returned at the start of a segment is at its place.
+void put_at_places(const std::vector<Index>& places, Later& later) {
+  const auto m = static_cast<Index>(places.size()), n = later.g.size() - m;
+  if (m == 0) return;
+  later.of_places(Eigen::all, places) = later.by_places.rightCols(m);
+  later.of_places(places, Eigen::all) = later.by_places.rightCols(m).transpose();
+  later.of_places(places, places) = later.of_state.bottomRightCorner(m, m);
+  later.by_places(places, Eigen::all) = later.of_state.bottomRows(m);
+  later.g_places(places) = later.g.tail(m);
+  later.by_places = later.by_places.leftCols(n).eval();
+  later.of_state = later.of_state.topLeftCorner(n, n).eval();
+  later.g = later.g.head(n).eval();
+}
+
+// The same of [rows of the state, columns of U, landmarks that leave in the segment], of which all
+// that left by then is a linear function.
+struct Reduced {
+  MatrixXd by_places;  // of those that have left before
   MatrixXd G;
   VectorXd g;
 };
 
-// The states that return later, where a segment begins: those that have already left.
-struct ReturningStates {
-  std::vector<Segment::Item> items;
-  MatrixXd C;  // their cross-covariance with all starts of the segment
-};
-
-std::vector<int> sorted_numbers(const std::vector<Stretch>& stretches) {
-  std::vector<int> numbers;
-  for (const Stretch& one : stretches) {
-    numbers.insert(numbers.end(), one.revived->begin(), one.revived->end());
+Reduced reduced(const Later& later, const Connection& connection, Index leaving) {
+  const Index rows = later.g.size(), d = connection.left, r = connection.K.rows();
+  const MatrixXd U = connection.U(), U_transposed = U.transpose();
+  Reduced result{.by_places = MatrixXd(d, rows + r + leaving),
+                 .G = MatrixXd(rows + r + leaving, rows + r + leaving),
+                 .g = VectorXd(rows + r + leaving)};
+  result.by_places.leftCols(rows) = later.by_places.topRows(d);
+  if (d > 0) {
+    dense::multiply(later.of_places.topLeftCorner(d, d), U, result.by_places.middleCols(rows, r));
   }
-  std::ranges::sort(numbers);
-  return numbers;
-}
-
-std::vector<Index> rows_of(const std::vector<Segment::Item>& items, const std::vector<int>& numbers,
-                           bool listed) {
-  std::vector<Index> rows;
-  Index at = 0;
-  for (const Segment::Item& item : items) {
-    if ((std::ranges::find(numbers, item.number) != numbers.end()) == listed) {
-      for (Index i = 0; i < item.size; ++i) rows.push_back(at + i);
-    }
-    at += item.size;
+  result.by_places.rightCols(leaving) = later.of_places.block(0, d, d, leaving);
+  result.G.topLeftCorner(rows, rows) = later.of_state;
+  result.G.bottomLeftCorner(leaving, rows) = later.by_places.middleRows(d, leaving);
+  result.G.topRightCorner(rows, leaving) = later.by_places.middleRows(d, leaving).transpose();
+  result.G.bottomRightCorner(leaving, leaving) = later.of_places.block(d, d, leaving, leaving);
+  if (r > 0) {
+    const MatrixXd by_U = dense::product(U_transposed, result.by_places);
+    result.G.middleRows(rows, r) = by_U;
+    result.G.middleCols(rows, r) = by_U.transpose();
+    const auto square = by_U.middleCols(rows, r);
+    result.G.block(rows, rows, r, r) = (square + square.transpose()) / 2;
   }
-  return rows;
-}
-
-// Forwards: the states that return later, at the beginning of every segment.
-std::vector<ReturningStates> find_returning(const std::vector<Stretch>& stretches,
-                                            const std::vector<int>& returning) {
-  std::vector<ReturningStates> result;
-  Carried past;
-  for (const Stretch& stretch : stretches) {
-    const Segment* segment = stretch.segment;
-    const std::vector<int>* revived = stretch.revived;
-    // Those that return now are starts of the segment. Their order in the list is that of `past`.
-    const std::vector<Index> now = rows_of(past.items, *revived, true);
-    const std::vector<Index> rest = rows_of(past.items, *revived, false);
-    MatrixXd C(static_cast<Index>(rest.size()), segment->starts);
-    if (!rest.empty()) C << past.C(rest, Eigen::all), past.P(rest, now);
-    std::erase_if(past.items, [&](const Segment::Item& item) {
-      return std::ranges::find(*revived, item.number) != revived->end();
-    });
-    past.P = past.P(rest, rest).eval();
-    past.correction = past.correction(rest).eval();
-    past.C = C;
-    result.push_back({.items = past.items, .C = std::move(C)});
-    carry(past, *segment, returning);
-  }
+  result.g << later.g, U_transposed * later.g_places.head(d), later.g_places.segment(d, leaving);
   return result;
 }
 
-// Of the segment's items, those that return later.
-std::vector<Index> returning_variables(const Segment& segment, const std::vector<int>& returning) {
-  std::vector<Index> result;
-  Index at = segment.starts;
+// The segment's own items, given all.
+std::vector<SmoothedState> smoothed_items(const Segment& segment, const MatrixXd& by_end,
+                                          const Reduced& later) {
+  const MatrixXd gain = dense::product(by_end, later.G);
+  std::vector<SmoothedState> result;
+  Index row = 0;
   for (const Segment::Item& item : segment.items) {
-    if (std::ranges::binary_search(returning, item.number)) {
-      for (Index i = 0; i < item.size; ++i) result.push_back(at + i);
-    }
-    at += item.size;
+    const Index at = segment.starts + row;
+    const auto C = by_end.middleRows(row, item.size);
+    result.push_back(
+        without_rounding({.number = item.number,
+                          .correction = segment.g.segment(at, item.size) + C * later.g,
+                          .covariance = segment.G.block(at, at, item.size, item.size) +
+                                        gain.middleRows(row, item.size) * C.transpose()}));
+    row += item.size;
   }
   return result;
 }
 
-// The later measurements' variables, from the beginning of the next segment [rows of the state,
-// returned states, states that return later] to the end of this one [rows of the state, states that
-// return later, in the order of numbers].
-void reorder(Later& later, const Stretch& next, const ReturningStates& returning) {
-  struct Place {
-    int number = 0;
-    Index row = 0, size = 0;
-  };
-  const Index n = next.segment->starts;
-  std::vector<Place> places;
-  Index at = n;
-  for (const Segment::Item& item : returning.items) {
-    places.push_back({item.number, at, item.size});
-    at += item.size;
+// From the end of a segment to its start.
+std::vector<SmoothedState> go_back(const Segment& segment, const Connection& connection,
+                                   const std::vector<int>& returning, Later& later) {
+  const Index n = segment.starts, q = segment.g.size(), rows = segment.X.rows();
+  const Index d = connection.left, r = connection.K.rows();
+  const std::vector<Index> leaving = variables_of(segment, returning);
+  const auto l = static_cast<Index>(leaving.size());
+  const Reduced reduced_later = reduced(later, connection, l);
+  // All that the segment knows of the end, by its variables.
+  MatrixXd M(rows + r + l, q);
+  M.topRows(rows) = segment.X;
+  if (r > 0) dense::multiply(connection.K, segment.G.topRows(n), M.middleRows(rows, r));
+  M.bottomRows(l) = segment.G(leaving, Eigen::all);
+  std::vector<SmoothedState> items =
+      smoothed_items(segment, M.rightCols(q - n).transpose(), reduced_later);
+  const MatrixXd by_starts = M.leftCols(n), by_starts_transposed = by_starts.transpose();
+  const MatrixXd G =
+      dense::product(by_starts_transposed, dense::product(reduced_later.G, by_starts));
+  later.of_state = (G + G.transpose()) / 2 + segment.G.topLeftCorner(n, n);
+  later.g = by_starts_transposed * reduced_later.g + segment.g.head(n);
+  later.by_places = MatrixXd::Zero(later.by_places.rows(), n);
+  if (d > 0) {
+    dense::multiply(reduced_later.by_places, by_starts, later.by_places.topRows(d));
   }
-  Index revived_at = n;
-  for (auto number = next.revived->rbegin(); number != next.revived->rend(); ++number) {
-    constexpr Index kLandmark = 3;
-    revived_at -= kLandmark;
-    places.push_back({*number, revived_at, kLandmark});
-  }
-  std::ranges::sort(places, {}, &Place::number);
-  std::vector<Index> order(static_cast<std::size_t>(revived_at));
-  std::iota(order.begin(), order.end(), Index{0});
-  for (const Place& place : places) {
-    for (Index i = 0; i < place.size; ++i) order.push_back(place.row + i);
-  }
-  later.G = later.G(order, order).eval();
-  later.g = later.g(order).eval();
+  later.of_places.middleRows(d, l).setZero();
+  later.of_places.middleCols(d, l).setZero();
+  later.g_places.segment(d, l).setZero();
+  return items;
 }
 
 }  // namespace
@@ -130,57 +153,22 @@ SmoothedState without_rounding(SmoothedState state) {
 }
 
 std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
-  const std::vector<int> returning = sorted_numbers(stretches);
-  const std::vector<ReturningStates> returning_states = find_returning(stretches, returning);
+  if (stretches.empty()) return {};
+  const std::vector<int> returning = returning_numbers(stretches);
+  std::vector<Connection> connections = connections_of(stretches);
+  Later later =
+      without_measurements(stretches.back().segment->X.rows(), connections.back().places());
   std::vector<SmoothedState> result;
-  Later later;
-  for (std::size_t i = stretches.size(); i-- > 0;) {
-    const Segment& segment = *stretches[i].segment;
-    const MatrixXd& C = returning_states[i].C;
-    const Index n = segment.starts, own = segment.g.size() - n, d = C.rows();
-    const std::vector<Index> leaving = returning_variables(segment, returning);
-    const auto l = static_cast<Index>(leaving.size());
-    const Index rows = segment.X.rows();
-    if (i + 1 == stretches.size()) {
-      later = {.G = MatrixXd::Zero(rows + d + l, rows + d + l), .g = VectorXd::Zero(rows + d + l)};
-    } else {
-      reorder(later, stretches[i + 1], returning_states[i + 1]);
-    }
-    // The end's rows by the starts, and the items' covariances with the end's rows. The states
-    // that return later stay what they were.
-    MatrixXd M(rows + d + l, n);
-    M << segment.X.leftCols(n), dense::product(C, segment.G.topLeftCorner(n, n)),
-        segment.G.leftCols(n)(leaving, Eigen::all);
-    MatrixXd own_by_end(own, rows + d + l);
-    own_by_end.leftCols(rows) = segment.X.rightCols(own).transpose();
-    own_by_end.middleCols(rows, d) =
-        dense::product(segment.G.bottomLeftCorner(own, n), MatrixXd(C.transpose()));
-    own_by_end.rightCols(l) = segment.G.bottomRows(own)(Eigen::all, leaving);
-    const MatrixXd gain = dense::product(own_by_end, later.G);
-    Index at = 0;
-    std::vector<SmoothedState> here;
-    for (const Segment::Item& item : segment.items) {
-      const auto C_item = own_by_end.middleRows(at, item.size);
-      here.push_back(
-          without_rounding({.number = item.number,
-                            .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
-                            .covariance = segment.G.block(n + at, n + at, item.size, item.size) +
-                                          gain.middleRows(at, item.size) * C_item.transpose()}));
-      at += item.size;
-    }
-    result.insert(result.end(), here.rbegin(), here.rend());
-    const MatrixXd from_starts = dense::product(later.G, M);
-    const MatrixXd M_transposed = M.transpose();
-    const MatrixXd of_starts = dense::product(M_transposed, from_starts);
-    const VectorXd g = M_transposed * later.g;
-    MatrixXd G(n + d, n + d);
-    G.topLeftCorner(n, n) = (of_starts + of_starts.transpose()) / 2 + segment.G.topLeftCorner(n, n);
-    G.bottomLeftCorner(d, n) = from_starts.middleRows(rows, d);
-    G.topRightCorner(n, d) = G.bottomLeftCorner(d, n).transpose();
-    G.bottomRightCorner(d, d) = later.G.block(rows, rows, d, d);
-    VectorXd g_before(n + d);
-    g_before << g + segment.g.head(n), later.g.segment(rows, d);
-    later = {.G = std::move(G), .g = std::move(g_before)};
+  while (!connections.empty()) {
+    const Stretch& stretch = stretches[connections.size() - 1];
+    const Connection connection = std::move(connections.back());
+    connections.pop_back();
+    const std::vector<SmoothedState> items =
+        go_back(*stretch.segment, connection, returning, later);
+    result.insert(result.end(), items.rbegin(), items.rend());
+    if (connections.empty()) break;
+    if (connection.before) renumber(*connection.before, connections.back().places(), later);
+    put_at_places(connection.returned, later);
   }
   std::ranges::reverse(result);
   return result;

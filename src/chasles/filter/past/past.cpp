@@ -185,8 +185,7 @@ void Past::make_items(const std::vector<int>& numbers) {
 
 Carried Past::revive(const std::vector<int>& numbers) {
   make_items(numbers);
-  Carried revived =
-      chain_.revive(numbers, [&](int number) { return can_return(number) || is_frame(number); });
+  Carried revived = chain_.revive(numbers);
   note_returned(numbers);
   revived_.insert(revived_.end(), numbers.begin(), numbers.end());
   return revived;
@@ -274,7 +273,7 @@ void Past::give_up_older_half() {
     states += older.segment.items.size();
     recorded_bytes_ -= older.segment.bytes();
     if (!options_.recalls) continue;
-    if (!older.revived.empty()) landmarks.revive(older.revived, keeps);
+    if (!older.revived.empty()) landmarks.revive(older.revived);
     returned.insert(older.revived.begin(), older.revived.end());
     landmarks.append(of_recalled(older.segment), keeps);
   }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
@@ -33,6 +34,16 @@ std::ptrdiff_t Segment::place(int number) const {
   return -1;
 }
 
+std::vector<Index> variables_of(const Segment& segment, const std::vector<int>& numbers) {
+  Indices variables;
+  Index at = segment.starts;
+  for (const Segment::Item& item : segment.items) {
+    if (contains(numbers, item.number)) append_rows(variables, at, item.size);
+    at += item.size;
+  }
+  return variables;
+}
+
 Segment compose(const Segment& older, const Segment& younger) {
   const Index n = younger.starts, own = younger.g.size() - n, q = older.g.size();
   const MatrixXd through = dense::product(younger.G.topLeftCorner(n, n), older.X);
@@ -61,14 +72,10 @@ Segment with_items(const Segment& segment, const std::vector<int>& numbers) {
   result.length = segment.length;
   Indices variables;
   append_rows(variables, 0, segment.starts);
-  Index at = segment.starts;
-  for (const Segment::Item& item : segment.items) {
-    if (contains(numbers, item.number)) {
-      result.items.push_back(item);
-      append_rows(variables, at, item.size);
-    }
-    at += item.size;
-  }
+  const Indices of_items = variables_of(segment, numbers);
+  variables.insert(variables.end(), of_items.begin(), of_items.end());
+  std::ranges::copy_if(segment.items, std::back_inserter(result.items),
+                       [&](const Segment::Item& item) { return contains(numbers, item.number); });
   result.X = segment.X(Eigen::all, variables);
   result.G = segment.G(variables, variables);
   result.g = segment.g(variables);
@@ -138,15 +145,9 @@ void take_along(Segment& segment, const std::vector<int>& numbers) {
 
 void carry(Carried& past, const Segment& segment, const std::vector<int>& numbers) {
   const Index n = segment.starts, r = past.rows();
-  Indices rows;
-  Index at = n;
-  for (const Segment::Item& item : segment.items) {
-    if (contains(numbers, item.number)) {
-      past.items.push_back(item);
-      append_rows(rows, at, item.size);
-    }
-    at += item.size;
-  }
+  const Indices rows = variables_of(segment, numbers);
+  std::ranges::copy_if(segment.items, std::back_inserter(past.items),
+                       [&](const Segment::Item& item) { return contains(numbers, item.number); });
   const auto k = static_cast<Index>(rows.size());
   MatrixXd C(r + k, segment.X.rows()), P(r + k, r + k);
   VectorXd correction(r + k);
@@ -154,9 +155,9 @@ void carry(Carried& past, const Segment& segment, const std::vector<int>& number
     const MatrixXd starts = segment.X.leftCols(n).transpose();
     C.topRows(r) = dense::product(past.C, starts);
     const MatrixXd moved = dense::product(past.C, segment.G.topLeftCorner(n, n));
-    const MatrixXd C_transposed = past.C.transpose();
+    const MatrixXd C_transposed = past.C.transpose(), own = segment.G.topRows(n)(Eigen::all, rows);
     P.topLeftCorner(r, r) = symmetric_part(past.P + dense::product(moved, C_transposed));
-    P.topRightCorner(r, k) = past.C * segment.G.topRows(n)(Eigen::all, rows);
+    dense::multiply(past.C, own, P.topRightCorner(r, k));
     P.bottomLeftCorner(k, r) = P.topRightCorner(r, k).transpose();
     correction.head(r) = past.correction + past.C * segment.g.head(n);
   }

@@ -38,6 +38,9 @@ struct Segment {
   }
 };
 
+/// The variables of those of its items that are in the list. The numbers rise.
+std::vector<Eigen::Index> variables_of(const Segment& segment, const std::vector<int>& numbers);
+
 /// The segment that consists of one after the other. The rows of older.X must be younger's starts.
 Segment compose(const Segment& older, const Segment& younger);
 

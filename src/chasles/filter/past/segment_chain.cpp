@@ -1,75 +1,117 @@
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
-#include <chasles/filter/copy_on_write.hpp>
 #include <chasles/filter/past/segment_chain.hpp>
 
 namespace chasles {
 namespace {
 
-void shorten(std::shared_ptr<Segment>& segment, const SegmentChain::Keeps& keeps) {
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Shared = std::shared_ptr<const PassedSegment>;
+
+Index kept_rows(const PassedSegment& segment, const SegmentChain::Keeps& keeps) {
+  Index rows = 0;
+  for (const Segment::Item& item : segment.segment->items) {
+    if (keeps(item.number)) rows += item.size;
+  }
+  return rows;
+}
+
+Shared shortened(const Shared& segment, const SegmentChain::Keeps& keeps) {
+  const std::vector<Segment::Item>& items = segment->segment->items;
   std::vector<int> kept;
-  for (const Segment::Item& item : segment->items) {
+  for (const Segment::Item& item : items) {
     if (keeps(item.number)) kept.push_back(item.number);
   }
   // A copy of a large segment costs more than a few items in it.
-  if (4 * kept.size() >= 3 * segment->items.size()) return;
-  segment = std::make_shared<Segment>(with_items(*segment, kept));
+  if (4 * kept.size() >= 3 * items.size()) return segment;
+  return std::make_shared<const PassedSegment>(with_items(*segment, kept));
 }
 
 }  // namespace
 
-// As a binary counter carries: each segment takes part in few compositions.
-void SegmentChain::append(Segment segment, const Keeps& keeps) {
-  segments_.push_back(std::make_shared<Segment>(std::move(segment)));
-  while (segments_.size() > 1 &&
-         segments_[segments_.size() - 2]->length <= segments_.back()->length) {
-    std::shared_ptr<Segment> younger = std::move(segments_.back());
-    segments_.pop_back();
-    shorten(younger, keeps);
-    shorten(segments_.back(), keeps);
-    segments_.back() = std::make_shared<Segment>(compose(*segments_.back(), *younger));
+bool SegmentChain::are_few(std::size_t older, const Keeps& keeps) const {
+  const PassedSegment &one = *segments_[older], &other = *segments_[older + 1];
+  return starts_of_composed(one, other) + kept_rows(one, keeps) + kept_rows(other, keeps) <=
+         kMostVariables;
+}
+
+void SegmentChain::compose_at(std::size_t older, const Keeps& keeps) {
+  const Shared one = shortened(segments_[older], keeps);
+  const Shared other = shortened(segments_[older + 1], keeps);
+  segments_[older] = std::make_shared<const PassedSegment>(compose(*one, *other));
+  segments_.erase(segments_.begin() + static_cast<std::ptrdiff_t>(older) + 1);
+}
+
+// Nothing is older than the oldest item.
+void SegmentChain::begin_with_items(const Keeps& keeps) {
+  while (segments_.size() > 1 && kept_rows(*segments_.front(), keeps) == 0) {
+    segments_.erase(segments_.begin());
+    segments_.front() = std::make_shared<const PassedSegment>(without_starts(*segments_.front()));
   }
+}
+
+// Of those that are composed from the oldest on, none has starts, so all of them together have no
+// more variables than items.
+void SegmentChain::bound_bytes(const Keeps& keeps) {
+  std::size_t rows = 0;
+  for (const Shared& segment : segments_) {
+    rows += static_cast<std::size_t>(kept_rows(*segment, keeps));
+  }
+  const std::size_t most = 2 * sizeof(double) * rows * rows + spare_bytes_;
+  while (segments_.size() > 1 && bytes() > most) compose_at(0, keeps);
+}
+
+// As a binary counter carries: each segment takes part in few compositions. Where items have
+// returned, older segments become few enough, too.
+void SegmentChain::append(Segment segment, const Keeps& keeps) {
+  segments_.push_back(std::make_shared<const PassedSegment>(
+      PassedSegment{.segment = std::make_shared<const Segment>(std::move(segment))}));
+  begin_with_items(keeps);
+  for (std::size_t older = segments_.size() - 1; older-- > 0;) {
+    const bool in_order = segments_[older]->segment->length > segments_[older + 1]->segment->length;
+    if (!in_order && are_few(older, keeps)) compose_at(older, keeps);
+  }
+  bound_bytes(keeps);
 }
 
 Carried SegmentChain::recall(const std::vector<int>& numbers) const {
   Carried past;
-  for (const auto& segment : segments_) carry(past, *segment, numbers);
+  for (const Shared& segment : segments_) carry(past, *segment, numbers);
   return past;
 }
 
-// Rows that pass through many segments would make all of these larger. So all become one.
-Carried SegmentChain::revive(const std::vector<int>& numbers, const Keeps& keeps) {
-  if (segments_.size() > 1) {
-    Segment all = composed(keeps);
-    segments_.clear();
-    segments_.push_back(std::make_shared<Segment>(std::move(all)));
-  }
+Carried SegmentChain::revive(const std::vector<int>& numbers) {
   Carried past;
-  carry(past, *segments_.front(), numbers);
-  take_along(own(segments_.front()), numbers);
+  for (Shared& segment : segments_) {
+    const Shared before = segment;
+    if (past.rows() > 0 || !variables_of(*before->segment, numbers).empty()) {
+      segment = std::make_shared<const PassedSegment>(with_returned(*before, past, numbers));
+    }
+    carry(past, *before, numbers);
+  }
   return past;
 }
 
 void SegmentChain::derive(int source, const std::vector<DerivedItem>& derived) {
-  const auto has_source = [&](const auto& segment) { return segment->place(source) >= 0; };
-  std::shared_ptr<Segment>& segment = *std::ranges::find_if(segments_, has_source);
-  segment = std::make_shared<Segment>(with_derived(*segment, source, derived));
+  const auto has_source = [&](const Shared& one) { return one->segment->place(source) >= 0; };
+  Shared& segment = *std::ranges::find_if(segments_, has_source);
+  segment = std::make_shared<const PassedSegment>(with_derived(*segment, source, derived));
 }
 
-// The younger ones first: the oldest is the largest.
 Segment SegmentChain::composed(const Keeps& keeps) const {
-  auto all = std::make_shared<Segment>(*segments_.back());
-  for (auto older = std::next(segments_.rbegin()); older != segments_.rend(); ++older) {
-    *all = compose(**older, *all);
+  Shared all = shortened(segments_.front(), keeps);
+  for (auto younger = std::next(segments_.begin()); younger != segments_.end(); ++younger) {
+    all = std::make_shared<const PassedSegment>(compose(*all, *shortened(*younger, keeps)));
   }
-  shorten(all, keeps);
-  return std::move(*all);
+  return whole(*all);
 }
 
 std::size_t SegmentChain::bytes() const {
   std::size_t sum = 0;
-  for (const auto& segment : segments_) sum += segment->bytes();
+  for (const Shared& segment : segments_) sum += segment->bytes();
   return sum;
 }
 
