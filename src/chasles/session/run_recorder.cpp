@@ -153,6 +153,7 @@ RecordedRun RunRecorder::finish(RunReport report) {
   result_.report = std::move(report);
   return_free_memory();
   const EstimatedMap whole = estimator_.whole_map();
+  return_free_memory();  // what the smoothing took
   result_.run.landmarks = landmarks(whole);
   result_.run.smoothed.reserve(whole.poses.size());
   for (const PastPose& pose : whole.poses) {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""compare.py FIGURES OTHERS MOST: compares what figures.cpp printed on two machines. Prints, for each
-name, the largest difference relative to the largest number of its line; fails if one exceeds MOST."""
+"""compare.py FIGURES OTHERS MOST [NAME=MOST...]: compares what figures.cpp printed on two machines. Prints,
+for each name, the largest difference relative to the largest number of its line; fails if one exceeds
+MOST, or that of its name."""
 import math
 import sys
 
@@ -11,9 +12,10 @@ def lines(file):
 
 
 def main():
-    if len(sys.argv) != 4:
+    if len(sys.argv) < 4:
         sys.exit(__doc__)
     ours, theirs, most = lines(sys.argv[1]), lines(sys.argv[2]), float(sys.argv[3])
+    most_of = {name: float(value) for name, value in (word.split("=") for word in sys.argv[4:])}
     if not ours or [line[0] for line in ours] != [line[0] for line in theirs]:
         sys.exit(f"compare.py: {sys.argv[1]} and {sys.argv[2]} have other lines, expected the same names")
     largest = {}
@@ -26,9 +28,11 @@ def main():
         largest[name] = max(largest.get(name, 0), difference)
     for name, difference in largest.items():
         print(f"  {name:<32} {difference:.1e}")
-    if max(largest.values()) > most:
-        sys.exit(f"compare.py: found a relative difference of {max(largest.values()):.1e}, expected at "
-                 f"most {most:.0e}")
+    for name, difference in largest.items():
+        limit = most_of.get(name, most)
+        if difference > limit:
+            sys.exit(f"compare.py: {name}: found a relative difference of {difference:.1e}, expected at most "
+                     f"{limit:.0e}")
 
 
 if __name__ == "__main__":
