@@ -171,7 +171,7 @@ class BatchSettings(TypedDict, total=False):
     max_iterations: int
     """maximum number of Levenberg-Marquardt steps; default 100"""
     tolerance: float
-    """the search has converged when the cost decreases by less than this fraction; default 1e-08"""
+    """the search has converged when the next step should lower the cost by less than this fraction; default 1e-08"""
     chart: str
     """error chart of the steps; filter: that of the filter's settings; default filter"""
     initial_error: float
