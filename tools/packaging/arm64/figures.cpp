@@ -83,8 +83,8 @@ void print_tracks() {
   Frontend frontend({}, rig);
   SE3 last;
   for (int i = 0; i < 12; ++i) {
-    const SE3 world_T_imu(so3::exp({0.01 * i, 0.02 * i, -0.015 * i}),
-                          {0.04 * i, -0.03 * i, 0.02 * i});
+    const SE3 world_T_imu{.R = so3::exp({0.01 * i, 0.02 * i, -0.015 * i}),
+                          .p = {0.04 * i, -0.03 * i, 0.02 * i}};
     ImageFrame frame{.time = from_seconds(0.05 * i), .images = {}};
     double grey = 0;
     for (const Camera& camera : rig) {
