@@ -14,7 +14,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-std::size_t bytes_of(const MatrixXd& M) {
+std::size_t bytes_in(const MatrixXd& M) {
   return sizeof(double) * static_cast<std::size_t>(M.size());
 }
 
@@ -48,23 +48,23 @@ bool DiskFile::is_of_this_process() const { return process_ == ::getpid(); }
 std::optional<std::int64_t> DiskFile::append(const MatrixXd& M) {
   if (file_ < 0) return std::nullopt;
   const char* const bytes = reinterpret_cast<const char*>(M.data());
-  for (std::size_t done = 0; done < bytes_of(M);) {
+  for (std::size_t done = 0; done < bytes_in(M);) {
     const ssize_t written =
-        ::pwrite(file_, bytes + done, bytes_of(M) - done, size_ + static_cast<std::int64_t>(done));
+        ::pwrite(file_, bytes + done, bytes_in(M) - done, size_ + static_cast<std::int64_t>(done));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) return std::nullopt;
     done += static_cast<std::size_t>(written);
   }
   const std::int64_t at = size_;
-  size_ += static_cast<std::int64_t>(bytes_of(M));
+  size_ += static_cast<std::int64_t>(bytes_in(M));
   return at;
 }
 
 void DiskFile::read(std::int64_t at, MatrixXd& M) const {
   char* const bytes = reinterpret_cast<char*>(M.data());
-  for (std::size_t done = 0; done < bytes_of(M);) {
+  for (std::size_t done = 0; done < bytes_in(M);) {
     const ssize_t got =
-        ::pread(file_, bytes + done, bytes_of(M) - done, at + static_cast<std::int64_t>(done));
+        ::pread(file_, bytes + done, bytes_in(M) - done, at + static_cast<std::int64_t>(done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
       throw std::system_error(got < 0 ? errno : EIO, std::generic_category(),
