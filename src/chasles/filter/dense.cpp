@@ -166,7 +166,8 @@ void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block
   }
 }
 
-void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+void add_symmetric_product(const ConstBlock& P, const Eigen::Ref<const Eigen::VectorXd>& x,
+                           Eigen::Ref<Eigen::VectorXd> y) {
   if (P.size() == 0) return;
   const auto turn = alone();
   cblas_dsymv(CblasColMajor, CblasLower, as_int(P.rows()), 1.0, P.data(), as_int(P.outerStride()),
@@ -222,6 +223,20 @@ void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C) {
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(C.rows()), as_int(C.cols()),
               as_int(A.cols()), -1.0, A.data(), as_int(A.outerStride()), B.data(),
               as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));
+}
+
+void add_turned(const ConstBlock& A, const Eigen::Matrix3d& D, Block C) {
+  for (int j = 0; j < 3; ++j) {
+    C.col(j) += D(j, 0) * A.col(0) + D(j, 1) * A.col(1) + D(j, 2) * A.col(2);
+  }
+}
+
+void transpose(const ConstBlock& A, Block B) {
+  constexpr Eigen::Index kColumns = 8;  // numbers of a cache line
+  for (Eigen::Index j = 0; j < A.cols(); j += kColumns) {
+    const Eigen::Index width = std::min(kColumns, A.cols() - j);
+    B.middleRows(j, width) = A.middleCols(j, width).transpose();
+  }
 }
 
 void mirror_lower(Block P) { mirror_lower_of(P); }

@@ -56,7 +56,8 @@ void downdate_lower(const ConstBlock& W, Block P);
 void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P);
 
 /// y <- y + P x, from the lower triangle of P.
-void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y);
+void add_symmetric_product(const ConstBlock& P, const Eigen::Ref<const Eigen::VectorXd>& x,
+                           Eigen::Ref<Eigen::VectorXd> y);
 
 /// P B for the symmetric matrix whose lower triangle is P's.
 Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B);
@@ -74,6 +75,12 @@ void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C
 
 /// C <- C - A B^T.
 void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C);
+
+/// C <- C + A D^T, with three columns.
+void add_turned(const ConstBlock& A, const Eigen::Matrix3d& D, Block C);
+
+/// B <- A^T.
+void transpose(const ConstBlock& A, Block B);
 
 /// The upper triangle of P <- the lower one.
 void mirror_lower(Block P);

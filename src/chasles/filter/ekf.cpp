@@ -22,6 +22,21 @@ using Eigen::VectorXd;
 constexpr int kMaxRows = 6;  // of one measurement, given by its types
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
+// visit(first error, derivative by it and those after it) for all errors that a measurement depends
+// on.
+template <class Visitor>
+void for_each_block(const Measurement& z, const State& x, const Visitor& visit) {
+  if (z.d_core.cols() == 6) {
+    visit(z.core_column, z.d_core.leftCols<6>());
+  } else if (z.d_core.cols() > 0) {
+    visit(z.core_column, z.d_core);
+  }
+  if (z.landmark >= 0) {
+    visit(x.landmarks[static_cast<std::size_t>(z.landmark)].row, z.d_landmark);
+  }
+  for (const Measurement::OfClone& clone : z.clones) visit(clone.row, clone.d);
+}
+
 }  // namespace
 
 Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance, Options options)
@@ -83,32 +98,14 @@ double Innovation::normalised_square() const { return whitened().squaredNorm(); 
 Innovation Ekf::innovation(const Measurement& z) const {
   const auto P = covariance_.all();
   Innovation result{.residual = z.residual, .S = z.noise};
-  if (!z.clones.empty()) {
-    const Measurement* one[] = {&z};
-    const Jacobian H(one, state_, work_.whitening);
-    auto PHt = work_.product.take(covariance_.size(), z.residual.size());
-    H.times_transpose(P, PHt);
-    auto HPHt = work_.other.take(PHt.cols(), PHt.cols());
-    H.times(PHt, HPHt);
-    result.S += HPHt;
-    return result;
-  }
-  if (z.landmark < 0) {
-    const Eigen::Index w = z.d_core.cols();
+  for_each_block(z, state_, [&](Eigen::Index column, const auto& by_column) {
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, Measurement::kMaxCoreColumns>
-        HP;
-    HP.noalias() = z.d_core * P.block(z.core_column, z.core_column, w, w);
-    result.S += HP * z.d_core.transpose();
-    return result;
-  }
-  const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
-  const auto d_pose = z.d_core.leftCols<6>();
-  const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxRows, 6> HP_pose =
-      d_pose.lazyProduct(P.topLeftCorner<6, 6>()) + z.d_landmark.lazyProduct(P.block<3, 6>(row, 0));
-  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows, 3> HP_landmark =
-      d_pose.lazyProduct(P.block<6, 3>(0, row)) + z.d_landmark.lazyProduct(P.block<3, 3>(row, row));
-  result.S += HP_pose.lazyProduct(d_pose.transpose());
-  result.S += HP_landmark.lazyProduct(z.d_landmark.transpose());
+        HP = MatrixXd::Zero(z.residual.size(), by_column.cols());
+    for_each_block(z, state_, [&](Eigen::Index row, const auto& by_row) {
+      HP += by_row.lazyProduct(P.block(row, column, by_row.cols(), by_column.cols()));
+    });
+    result.S += HP.lazyProduct(by_column.transpose());
+  });
   return result;
 }
 
@@ -176,7 +173,6 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   before = state_;
   correct_mean(state_, delta);
   change_chart(before);
-  if (keep_scale_) keep_scale(before);
   dense::mirror_lower(covariance_.all());
   past_.end_correction();
   for (const Measurement* used : accepted) {

@@ -199,8 +199,14 @@ class Ekf {
   void gate(std::span<const Measurement> measurements) const;
   void correct_mean(State& x, const ErrorRef& delta) const;
   void change_chart(const State& before);
+  bool change_chart_by_rotation(const State& before, Eigen::Ref<Eigen::MatrixXd> B);
+  void change_chart_of_motion(const KeptPast::MotionMatrix& A);
   void change_chart_of_clones(const State& before);
-  void keep_scale(const State& before);
+  void add_rotation_of_clone(int row, const Eigen::Matrix3d& D);
+  void turn_clone(int row, const Matrix6d& A);
+  bool change_of_scale(const State& before, Eigen::Ref<Eigen::VectorXd> by,
+                       Eigen::Ref<Eigen::VectorXd> c) const;
+  void add_outer(const dense::ConstBlock& U, const dense::ConstBlock& V);
   std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
   void leave_unused(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
   void leave_considered(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);

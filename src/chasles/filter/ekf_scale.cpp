@@ -1,10 +1,9 @@
 #include <cmath>
 #include <optional>
 
-#include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
-// Correction of the covariance for the change of scale in an update (docs/filter.md, section 3).
+// The change of scale in an update (docs/filter.md, section 3).
 
 namespace chasles {
 namespace {
@@ -83,23 +82,15 @@ std::optional<double> Ekf::scale_sigma() const {
   return std::sqrt(c.dot(Pc));
 }
 
-// P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x),
-// unobservable to the pixels so far, becomes one along s(x+), unobservable to later pixels.
-void Ekf::keep_scale(const State& before) {
-  auto P = covariance_.all();
-  auto c = work_.xi.take<VectorXd>(P.rows());
-  if (!scale_functional(before.world_T_imu, before.landmarks, covariance_, c)) return;
-  auto moved = work_.B.take<VectorXd>(P.rows());
-  auto s = work_.Z.take<VectorXd>(P.rows());
-  scale_direction(state_, moved);
+// A = I + by c^T with by = s(x+) - s(x): an error along s(x), unobservable to the pixels so far,
+// becomes one along s(x+), unobservable to later pixels. False where no scale is known.
+bool Ekf::change_of_scale(const State& before, Vector by, Vector c) const {
+  if (!scale_functional(before.world_T_imu, before.landmarks, covariance_, c)) return false;
+  auto s = work_.xi.take<VectorXd>(c.size());
   scale_direction(before, s);
-  moved -= s;
-  auto Pc = work_.other.take<VectorXd>(P.rows());
-  Pc.noalias() = P.selfadjointView<Eigen::Lower>() * c;
-  auto Z = work_.Z.take(P.rows(), 1);
-  Z.col(0) = Pc + 0.5 * c.dot(Pc) * moved;
-  dense::symmetric_update_lower(moved, Z, P);
-  past_.add_along(c, moved);
+  scale_direction(state_, by);
+  by -= s;
+  return true;
 }
 
 }  // namespace chasles

@@ -81,10 +81,10 @@ struct WhiteningScratch {
   Scratch core, clones, transposed;  ///< a Jacobian's columns of the core and of clones
   Scratch gathered;                  ///< factor of the clones' columns
   std::vector<int> clone_rows;       ///< the first row of each block of six, rising
-  Scratch S, HW, HW_transposed;
+  Scratch S, HW;
   Scratch residual, information;  ///< of compressed measurements
   std::vector<int> order;         ///< of the pivots
-  Scratch W, kept, w;             ///< the result
+  Scratch W, w;                   ///< the result
 };
 
 }  // namespace chasles

@@ -47,14 +47,26 @@ Eigen::Index dense_clones(Measurements measurements, WhiteningScratch& scratch) 
   return sparse ? 0 : static_cast<Eigen::Index>(rows.size());
 }
 
+// The columns of the core that any of the measurements depends on.
+Jacobian::Columns columns_of_core(Measurements measurements) {
+  int first = std::numeric_limits<int>::max(), end = 0;
+  for (const Measurement* z : measurements) {
+    const auto width = static_cast<int>(z->d_core.cols());
+    if (width == 0) continue;
+    first = std::min(first, z->core_column);
+    end = std::max(end, z->core_column + width);
+  }
+  return end == 0 ? Jacobian::Columns{} : Jacobian::Columns{.first = first, .width = end - first};
+}
+
 // Number of rows factorised together. With fewer, BLAS's kernels would not be filled. With more,
 // slow triangular solutions would replace fast products.
 constexpr Eigen::Index kLeafRows = 32;
 
-// From P H^T and r to W and w, recursively by halves: the information of the first half is removed
-// from the second. False if S is not positive definite.
-bool whiten(Measurements z, const State& x, dense::Block W, dense::Block kept,
-            Eigen::Ref<VectorXd> w, WhiteningScratch& scratch) {
+// From [P; Z] H^T and r to [W; kept] and w, recursively by halves: the information of the first
+// half is removed from the second. False if S is not positive definite.
+bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd> w,
+            WhiteningScratch& scratch) {
   if (z.size() == 1 || w.size() <= kLeafRows) {
     auto S = scratch.S.take(w.size(), w.size());
     Jacobian(z, x, scratch).times(W, S);
@@ -66,7 +78,6 @@ bool whiten(Measurements z, const State& x, dense::Block W, dense::Block kept,
     }
     if (!dense::cholesky(S)) return false;
     dense::solve_lower_from_right(S, W);
-    dense::solve_lower_from_right(S, kept);
     dense::solve_lower(S, w);
     return true;
   }
@@ -74,15 +85,12 @@ bool whiten(Measurements z, const State& x, dense::Block W, dense::Block kept,
   const Measurements second = z.subspan(first.size());
   const Eigen::Index k = rows_of(first);
   const Eigen::Index rest = w.size() - k;
-  if (!whiten(first, x, W.leftCols(k), kept.leftCols(k), w.head(k), scratch)) return false;
+  if (!whiten(first, x, W.leftCols(k), w.head(k), scratch)) return false;
   auto HW = scratch.HW.take(rest, k);
   Jacobian(second, x, scratch).times(W.leftCols(k), HW);
-  auto HW_transposed = scratch.HW_transposed.take(k, rest);
-  HW_transposed = HW.transpose();
-  dense::add_product(-1, W.leftCols(k), HW_transposed, W.rightCols(rest));
-  dense::add_product(-1, kept.leftCols(k), HW_transposed, kept.rightCols(rest));
+  dense::subtract_outer(W.leftCols(k), HW, W.rightCols(rest));
   w.tail(rest).noalias() -= HW * w.head(k);
-  return whiten(second, x, W.rightCols(rest), kept.rightCols(rest), w.tail(rest), scratch);
+  return whiten(second, x, W.rightCols(rest), w.tail(rest), scratch);
 }
 
 }  // namespace
@@ -97,14 +105,16 @@ Jacobian::Jacobian(Measurements measurements, const State& x, WhiteningScratch& 
     : measurements_(measurements),
       state_(x),
       scratch_(scratch),
-      core_(scratch.core.take(rows_of(measurements), x.core_size())),
+      used_(columns_of_core(measurements)),
+      core_(scratch.core.take(rows_of(measurements), used_.width)),
       clones_(scratch.clones.take(core_.rows(), 6 * dense_clones(measurements, scratch))) {
   core_.setZero();
   clones_.setZero();
   Eigen::Index at = 0;
   for (const Measurement* z : measurements_) {
-    core_.block(at, z->core_column, z->residual.size(), z->d_core.cols()) = z->d_core;
-    at += z->residual.size();
+    const Eigen::Index k = z->residual.size(), width = z->d_core.cols();
+    if (width > 0) core_.block(at, z->core_column - used_.first, k, width) = z->d_core;
+    at += k;
   }
   if (clones_.cols() == 0) return;
   for_each_clone(measurements_, [&](const Measurement::OfClone& clone, Eigen::Index row) {
@@ -115,7 +125,7 @@ Jacobian::Jacobian(Measurements measurements, const State& x, WhiteningScratch& 
 }
 
 void Jacobian::times(const dense::ConstBlock& M, dense::Block result) const {
-  dense::multiply(core_, M.topRows(core_.cols()), result);
+  dense::multiply(core_, M.middleRows(used_.first, used_.width), result);
   for_each_landmark(
       measurements_, state_, [&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
         result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
@@ -136,11 +146,14 @@ void Jacobian::times(const dense::ConstBlock& M, dense::Block result) const {
 void Jacobian::times_transpose(const dense::ConstBlock& P, dense::Block result) const {
   auto transposed = scratch_.transposed.take(core_.cols(), core_.rows());
   transposed = core_.transpose();
-  dense::multiply(P.leftCols(core_.cols()), transposed, result);
+  dense::multiply(P.middleCols(used_.first, used_.width), transposed, result);
   for_each_landmark(measurements_, state_,
                     [&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
-                      result.middleCols(at, z.residual.size()) +=
-                          P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
+                      for (Eigen::Index k = 0; k < z.residual.size(); ++k) {
+                        const Eigen::Vector3d d = z.d_landmark.row(k);
+                        result.col(at + k) +=
+                            d.x() * P.col(row) + d.y() * P.col(row + 1) + d.z() * P.col(row + 2);
+                      }
                     });
   if (clones_.cols() == 0) {
     for_each_clone(measurements_, [&](const Measurement::OfClone& clone, Eigen::Index at) {
@@ -213,8 +226,9 @@ std::optional<Whitened> whiten(Measurements measurements, const Covariance& cova
     return whiten_compressed(measurements, covariance, Z, scratch);
   }
   const Eigen::Index m = rows_of(measurements);
-  Whitened result{.W = scratch.W.take(covariance.size(), m),
-                  .kept = scratch.kept.take(Z.rows(), m),
+  auto W = scratch.W.take(covariance.size() + Z.rows(), m);
+  Whitened result{.W = W.topRows(covariance.size()),
+                  .kept = W.bottomRows(Z.rows()),
                   .w = scratch.w.take<VectorXd>(m)};
   const Jacobian H(measurements, x, scratch);
   H.times_transpose(covariance.all(), result.W);
@@ -224,7 +238,7 @@ std::optional<Whitened> whiten(Measurements measurements, const Covariance& cova
     result.w.segment(at, one->residual.size()) = one->residual;
     at += one->residual.size();
   }
-  if (!whiten(measurements, x, result.W, result.kept, result.w, scratch)) return std::nullopt;
+  if (!whiten(measurements, x, W, result.w, scratch)) return std::nullopt;
   result.nis = result.w.squaredNorm();
   return result;
 }

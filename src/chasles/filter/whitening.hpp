@@ -18,11 +18,16 @@ using Measurements = std::span<const Measurement* const>;
 /// Total number of residual rows.
 Eigen::Index rows_of(Measurements z);
 
-/// The Jacobian H of some measurements, m x n: dense in the core, three columns for a landmark, six
-/// for a clone. It is dense in the clones too if most measurements depend on most of them.
-/// Measurements, state and scratch must outlive it; two Jacobians must not share a scratch.
+/// The Jacobian H of some measurements, m x n: dense in the columns of the core that are
+/// used, three columns for a landmark, six for a clone. It is dense in the clones too if most
+/// measurements depend on most of them. Measurements, state and scratch must outlive it; two
+/// Jacobians must not share a scratch.
 class Jacobian {
  public:
+  struct Columns {
+    int first = 0, width = 0;
+  };
+
   Jacobian(Measurements measurements, const State& x, WhiteningScratch& scratch);
 
   /// result <- H M for an M with one row per error of the state.
@@ -40,6 +45,7 @@ class Jacobian {
   Measurements measurements_;
   const State& state_;
   WhiteningScratch& scratch_;
+  Columns used_;  ///< of the core
   Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> core_;
   Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax>
       clones_;  ///< columns of scratch.clone_rows, or none
@@ -50,8 +56,8 @@ class Jacobian {
 /// in the scratch. If many measurements depend only on clones, W has as many columns as those have
 /// errors (compression.hpp).
 struct Whitened {
-  Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> W;
-  Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> kept;  ///< Z H^T L^-T, of further variables
+  dense::Block W;
+  dense::Block kept;  ///< Z H^T L^-T, of further variables; the rows below W
   Eigen::Map<Eigen::VectorXd, Eigen::AlignedMax> w;
   double nis = 0;
 };

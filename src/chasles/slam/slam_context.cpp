@@ -34,7 +34,12 @@ TrackNoise SlamContext::track_noise() const {
 }
 
 double SlamContext::gate_square(int dof) const {
-  return settings.gate < 1 ? chi2_quantile(settings.gate, dof) : std::numeric_limits<double>::max();
+  if (!(settings.gate < 1)) return std::numeric_limits<double>::max();
+  const auto index = static_cast<std::size_t>(dof);
+  if (index >= gate_squares.size()) gate_squares.resize(index + 1);
+  double& square = gate_squares[index];
+  if (square == 0) square = chi2_quantile(settings.gate, dof);
+  return square;
 }
 
 double SlamContext::shared_variance() const {

@@ -32,9 +32,10 @@ struct SlamContext {
   std::vector<Camera> cameras;
   double pixel_sigma = 1;  ///< [px]
   Ekf filter;
-  LandmarkRecords records = {};  ///< of the landmarks of the state
-  int frame = 0;                 ///< number of the present frame
-  Time now{};                    ///< of the state, by the cameras' clock
+  LandmarkRecords records = {};                   ///< of the landmarks of the state
+  int frame = 0;                                  ///< number of the present frame
+  Time now{};                                     ///< of the state, by the cameras' clock
+  mutable std::vector<double> gate_squares = {};  ///< by degrees of freedom; 0: not yet needed
 
   const State& state() const { return filter.state(); }
   const Camera& camera(int index) const { return cameras[static_cast<std::size_t>(index)]; }

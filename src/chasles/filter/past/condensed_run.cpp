@@ -18,22 +18,24 @@ constexpr Index kMostOfItem = 6;
 // C G C^T.
 MatrixXd around(const MatrixXd& C, const MatrixXd& G) {
   const MatrixXd C_transposed = C.transpose();
-  const MatrixXd product = dense::product(C, dense::product(G, C_transposed));
-  return (product + product.transpose()) / 2;
+  MatrixXd product = MatrixXd::Zero(C.rows(), C.rows());
+  dense::add_product_lower(C, dense::product(G, C_transposed), product);
+  dense::mirror_lower(product);
+  return product;
 }
 
 }  // namespace
 
-CondensedRun::Step CondensedRun::step_of(const Segment& segment) {
+CondensedRun::Step CondensedRun::step_of(Segment segment) {
   const Index n = segment.starts, rows = segment.g.size() - n;
   Step step{.starts = n,
-            .items = segment.items,
-            .X = segment.X,
+            .items = std::move(segment.items),
+            .X = std::move(segment.X),
             .G_starts = segment.G.topLeftCorner(n, n),
             .own = MatrixXd::Zero(rows, kMostOfItem),
-            .g = segment.g};
+            .g = std::move(segment.g)};
   Index at = 0;
-  for (const Segment::Item& item : segment.items) {
+  for (const Segment::Item& item : step.items) {
     step.own.block(at, 0, item.size, item.size) =
         segment.G.block(n + at, n + at, item.size, item.size);
     at += item.size;
@@ -62,9 +64,9 @@ void CondensedRun::add_to(Batch& batch, Step step) {
   batch.steps.push_back(std::make_shared<Step>(std::move(step)));
 }
 
-void CondensedRun::append(const Segment& segment, const MatrixXd& end) {
+void CondensedRun::append(Segment segment, const MatrixXd& end) {
   if (work_) condense_step();
-  add_to(current_, step_of(segment));
+  add_to(current_, step_of(std::move(segment)));
   if (static_cast<int>(current_.steps.size()) < segments_) return;
   current_.end = end;
   if (after_) begin_work(std::move(*after_));

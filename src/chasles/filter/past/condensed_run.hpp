@@ -23,14 +23,14 @@ namespace chasles {
 /// on disk, unless that has no room.
 class CondensedRun {
  public:
-  static constexpr std::size_t kBytesInMemory = 16 << 20;
+  static constexpr std::size_t kBytesInMemory = 8 << 20;
 
   /// `segments`: in a batch; `bytes_in_memory`: of condensed batches, others are on disk.
   explicit CondensedRun(int segments, std::size_t bytes_in_memory = kBytesInMemory)
       : segments_(segments), bytes_in_memory_(bytes_in_memory) {}
 
   /// `end`: covariance of the state at the end of the segment.
-  void append(const Segment& segment, const Eigen::MatrixXd& end);
+  void append(Segment segment, const Eigen::MatrixXd& end);
 
   /// Correction and covariance of every item, given the measurements of all segments and of the
   /// latest, in the order of numbers.
@@ -85,7 +85,7 @@ class CondensedRun {
     Eigen::MatrixXd K;  ///< cross-covariance of x with the state at the end of the next batch
   };
 
-  static Step step_of(const Segment& segment);
+  static Step step_of(Segment segment);
   static void add_to(Batch& batch, Step step);
   static void go_back(const Step& step, Later& later);
   static SmoothedState smoothed(const Step& step, std::size_t item, Eigen::Index row,

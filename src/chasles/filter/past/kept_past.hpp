@@ -56,16 +56,16 @@ class KeptPast {
   /// An update: its measurements, its result, and the correction of the mean. The changes of the
   /// chart that come with it follow, then end_correction().
   void correct(Measurements used, const Whitened& update, const ErrorRef& delta);
-  /// d+ = d + B (rotation of the pose), B with three columns for all rows.
-  void turn_landmarks(const dense::ConstBlock& B);
+  /// d+ = d + U V^T d. With Map::kHistory, V = [I 0]^T: by the rotation of the pose.
+  void add_outer(const dense::ConstBlock& U, const dense::ConstBlock& V);
+  /// The position's errors of the clone at a row gain D times those of its rotation.
+  void add_rotation_of_clone(int row, const Eigen::Matrix3d& D);
   void turn_clone(int row, const Matrix6d& A);
   void turn_motion(const MotionMatrix& A);
-  /// d+ = d + by c^T d; the second: three rows only.
-  void add_along(const Eigen::Ref<const Eigen::VectorXd>& c,
-                 const Eigen::Ref<const Eigen::VectorXd>& by);
-  void add_along(const Eigen::VectorXd& c, int row, const Eigen::Vector3d& by);
   void end_correction();
 
+  /// Three rows gain by c^T d.
+  void add_along(const Eigen::VectorXd& c, int row, const Eigen::Vector3d& by);
   /// Three rows become the sum of the terms.
   void substitute(int row, std::span<const RowTerm> terms);
   /// An anchored landmark becomes Cartesian, by derivatives J by its clone and its inverse depth,

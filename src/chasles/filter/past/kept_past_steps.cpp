@@ -60,14 +60,27 @@ void KeptPast::record(Measurements used, const ErrorRef& delta) {
   }
 }
 
-void KeptPast::turn_landmarks(const dense::ConstBlock& B) {
+void KeptPast::add_outer(const dense::ConstBlock& U, const dense::ConstBlock& V) {
   if (latest_.variables() > 0) {
     auto Z = latest_.Z();
-    auto turned = product_.take(Z.rows(), 3);
-    turned = -Z.leftCols<3>();
-    dense::subtract_outer(turned, B, Z);
+    auto by = product_.take(Z.rows(), V.cols());
+    dense::multiply(Z, V, by);
+    by *= -1;
+    dense::subtract_outer(by, U, Z);
   }
-  if (keeps_steps()) correction_.A_landmarks = B.bottomRows(B.rows() - core_);
+  if (!keeps_steps()) return;
+  MatrixXd& A = correction_.A_motion;  // the rotation's rows are the identity's
+  const Index motion = A.size() > 0 ? A.rows() : std::min<Index>(core_, 9);
+  if (A.size() == 0) A = MatrixXd::Identity(motion, motion);
+  A.leftCols<3>() += U.topRows(motion);
+  const auto of_landmarks = U.bottomRows(U.rows() - core_);
+  if (!of_landmarks.isZero(0)) correction_.A_landmarks = of_landmarks;
+}
+
+void KeptPast::add_rotation_of_clone(int row, const Matrix3d& D) {
+  if (latest_.variables() == 0) return;
+  auto Z = latest_.Z();
+  dense::add_turned(Z.middleCols<3>(row), D, Z.middleCols<3>(row + 3));
 }
 
 void KeptPast::turn_clone(int row, const Matrix6d& A) {
@@ -86,13 +99,6 @@ void KeptPast::turn_motion(const MotionMatrix& A) {
     of_motion = turned;
   }
   if (keeps_steps()) correction_.A_motion = A;
-}
-
-void KeptPast::add_along(const Eigen::Ref<const VectorXd>& c,
-                         const Eigen::Ref<const VectorXd>& by) {
-  if (latest_.variables() == 0) return;
-  const VectorXd along = latest_.Z() * c;
-  latest_.Z().noalias() += along * by.transpose();
 }
 
 void KeptPast::add_along(const VectorXd& c, int row, const Eigen::Vector3d& by) {

@@ -158,29 +158,26 @@ class LinearSteps {
     const MatrixXd by_root = L.triangularView<Eigen::Lower>().solve(H).transpose();
     MatrixXd W = P * by_root, kept = kept_.Z() * by_root;
     VectorXd w = L.triangularView<Eigen::Lower>().solve(r);
-    using Matrices = Eigen::Map<MatrixXd, Eigen::AlignedMax>;
     using Vectors = Eigen::Map<VectorXd, Eigen::AlignedMax>;
-    const Whitened update{.W = Matrices(W.data(), W.rows(), W.cols()),
-                          .kept = Matrices(kept.data(), kept.rows(), kept.cols()),
-                          .w = Vectors(w.data(), w.size())};
+    const Whitened update{.W = W, .kept = kept, .w = Vectors(w.data(), w.size())};
     kept_.correct({}, update, W * w);
     joint_.update(H, R, r);
 
-    const MatrixXd B = random(n, 3);
-    kept_.turn_landmarks(B);
-    MatrixXd M = MatrixXd::Identity(n, n);
-    M.leftCols<3>() += B;
-    joint_.transform(M);
+    const MatrixXd U = random(n, 4), V = 0.1 * random(n, 4);
+    kept_.add_outer(U, V);
+    joint_.transform(MatrixXd::Identity(n, n) + U * V.transpose());
     const Matrix6d A_clone = Matrix6d::Identity() + random(6, 6);
     const int clone = static_cast<int>(n) - 12;
     kept_.turn_clone(clone, A_clone);
     joint_.transform(identity_with(n, clone, clone, A_clone));
+    Matrix6d of_rotation = Matrix6d::Identity();
+    of_rotation.bottomLeftCorner<3, 3>() = random(3, 3);
+    kept_.add_rotation_of_clone(clone, of_rotation.bottomLeftCorner<3, 3>());
+    joint_.transform(identity_with(n, clone, clone, of_rotation));
     const MatrixXd A = MatrixXd::Identity(6, 6) + random(6, 6);
     kept_.turn_motion(A);
     joint_.transform(identity_with(n, 0, 0, A));
     const VectorXd c = 0.1 * random_.normal_vector(n), by = random_.normal_vector(n);
-    kept_.add_along(c, by);
-    joint_.transform(MatrixXd::Identity(n, n) + by * c.transpose());
     VectorXd three = VectorXd::Zero(n);
     three.segment<3>(clone) = by.head<3>();
     kept_.add_along(c, clone, by.head<3>());

@@ -95,8 +95,10 @@ void LatestSegment::correct(const Whitened& update) {
 
 Segment LatestSegment::segment() const {
   Segment result = segment_;
-  result.X = Z().transpose();
-  result.G = G_.topLeftCorner(q_, q_).selfadjointView<Eigen::Lower>();
+  result.X.resize(n_, q_);
+  dense::transpose(Z(), result.X);
+  result.G = G_.topLeftCorner(q_, q_);
+  dense::mirror_lower(result.G);
   result.g = g_.head(q_);
   return result;
 }

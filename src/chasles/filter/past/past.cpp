@@ -95,7 +95,7 @@ void Past::append(Segment segment, const MatrixXd& end) {
                   [&](int number) { return can_return(number) || is_frame(number); });
   }
   if (options_.records && !options_.recalls) {
-    run_.append(segment, end);
+    run_.append(std::move(segment), end);
     if (options_.most_bytes > 0 && run_.bytes() > options_.most_bytes) {
       run_.give_up_older_half([&](const SmoothedState& one) { append_estimate(one, final_); });
     }

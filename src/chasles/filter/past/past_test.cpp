@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using test::Case;
 using test::Wanderer;
 
-constexpr double kPastTolerance = 1e-8;
+constexpr double kPastTolerance = 3e-8;
 
 void expect_same_estimates(const Ekf& a, const Ekf& b) {
   EXPECT_LT(test::distance(a.state(), b.state()), kPastTolerance);
