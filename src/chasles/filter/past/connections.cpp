@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -28,11 +29,14 @@ class Connections {
   std::vector<Index> give_up_returned();
   void make_room(const std::vector<Index>& kept, Index columns);
   void add_columns(const MatrixXd& columns);
+  void note_change(const MatrixXd& change);
+  MatrixXd covariance(const std::vector<Index>& rows, const std::vector<Index>& columns) const;
 
   std::vector<int> returning_;
   std::vector<int> numbers_;  // that have places, rising
   std::set<int> returned_;    // of those
-  MatrixXd P_;                // covariance of those with places
+  MatrixXd P_;                // covariance of those with places, but for U change_ U^T
+  MatrixXd change_;           // of the first columns
   std::shared_ptr<MatrixXd> U_ = std::make_shared<MatrixXd>();
   MatrixXd K_;  // of the end
   Index left_ = 0;
@@ -51,7 +55,9 @@ Connection Connections::at_start(const Stretch& stretch) {
   const std::vector<Index> now = places_of(*stretch.revived);
   const auto m = static_cast<Index>(now.size());
   const auto l = static_cast<Index>(variables_of(*stretch.segment, returning_).size());
-  MatrixXd columns = P_(Eigen::seqN(0, left_), now);
+  std::vector<Index> all(static_cast<std::size_t>(left_));
+  std::iota(all.begin(), all.end(), Index{0});
+  MatrixXd columns = covariance(all, now);
   returned_.insert(stretch.revived->begin(), stretch.revived->end());
   std::optional<std::vector<Index>> before;
   if (K_.rows() + m + l > U_->cols()) {
@@ -77,12 +83,10 @@ void Connections::go_through(const Segment& segment) {
   const Index n = segment.starts, r = K_.rows(), before = left_;
   MatrixXd K(r + l, segment.X.rows());
   if (r > 0) {
-    const MatrixXd U = U_->topLeftCorner(before, r), U_transposed = U.transpose();
+    const auto U = U_->topLeftCorner(before, r);
     const MatrixXd by_G = dense::product(K_, segment.G.topRows(n));
     const MatrixXd K_transposed = K_.transpose(), by_start = segment.X.leftCols(n).transpose();
-    const MatrixXd change = dense::product(by_G.leftCols(n), K_transposed);
-    dense::add_product(1, dense::product(U, change), U_transposed,
-                       P_.topLeftCorner(before, before));
+    note_change(dense::product(by_G.leftCols(n), K_transposed));
     P_.block(0, before, before, l) = U * by_G(Eigen::all, leaving);
     P_.block(before, 0, l, before) = P_.block(0, before, before, l).transpose();
     dense::multiply(K_, by_start, K.topRows(r));
@@ -104,6 +108,25 @@ void Connections::add_columns(const MatrixXd& columns) {
   U_->block(0, K_.rows(), columns.rows(), columns.cols()) = columns;
 }
 
+// A segment changes the covariance by U change U^T. That waits until the covariance is asked for.
+void Connections::note_change(const MatrixXd& change) {
+  const Index before = change_.rows();
+  MatrixXd sum = change;
+  sum.topLeftCorner(before, before) += change_;
+  change_ = std::move(sum);
+}
+
+MatrixXd Connections::covariance(const std::vector<Index>& rows,
+                                 const std::vector<Index>& columns) const {
+  MatrixXd P = P_(rows, columns);
+  const Index r = change_.rows();
+  if (r == 0 || columns.empty()) return P;
+  const MatrixXd U = (*U_)(rows, Eigen::seqN(0, r));
+  const MatrixXd of_columns = (*U_)(columns, Eigen::seqN(0, r)).transpose();
+  dense::add_product(1, U, dense::product(change_, of_columns), P);
+  return P;
+}
+
 // The places of the others.
 std::vector<Index> Connections::give_up_returned() {
   std::vector<int> others;
@@ -120,6 +143,7 @@ void Connections::make_room(const std::vector<Index>& kept, Index columns) {
   const auto rows = static_cast<Index>(kept.size());
   MatrixXd U(rows, 0);
   const MatrixXd before = (*U_)(kept, Eigen::seqN(0, K_.rows()));
+  const MatrixXd P_of_kept = covariance(kept, kept);
   if (rows <= K_.rows()) {
     K_ = dense::product(before, K_);
     U = MatrixXd::Identity(rows, rows);
@@ -140,7 +164,8 @@ void Connections::make_room(const std::vector<Index>& kept, Index columns) {
   U_ = std::make_shared<MatrixXd>(MatrixXd::Zero(rows + room, U.cols() + room));
   U_->topLeftCorner(rows, U.cols()) = U;
   MatrixXd P = MatrixXd::Zero(rows + room, rows + room);
-  P.topLeftCorner(rows, rows) = P_(kept, kept);
+  P.topLeftCorner(rows, rows) = P_of_kept;
+  change_.resize(0, 0);
   P_ = std::move(P);
   left_ = rows;
 }

@@ -26,18 +26,21 @@ struct BusyRun {
   }
 };
 
-// Each of the landmarks of a small place returns several times.
-BusyRun busy_run(int seed, int count, int each) {
+// Each of the landmarks of a small place returns several times; with a `pause`, not until so many
+// segments have ended, in which as many landmarks leave.
+BusyRun busy_run(int seed, int count, int each, int pause = 0) {
   test::Random random(seed);
   BusyRun run;
   std::vector<int> away, returned;
   int next = 0;
   for (int i = 0; i < count; ++i) {
-    const bool returns = i > 3 && i % 3 != 0;
+    const bool returns = i > 3 && (pause > 0 ? i % pause == 0 : i % 3 != 0);
     run.revived.push_back(returns ? test::some_of(random, away, each) : std::vector<int>{});
     for (const int number : run.revived.back()) std::erase(away, number);
     if (!run.revived.back().empty()) run.all_items.revive(run.revived.back());
-    const int leaving = i < 3 ? 10 : static_cast<int>(run.revived.back().size());
+    const int leaving = i < 3       ? 10
+                        : pause > 0 ? i % (each + 1)
+                                    : static_cast<int>(run.revived.back().size());
     run.segments.push_back(
         test::random_segment(random, run.all_items.rows(), 8 + i % 3, next, leaving));
     for (int k = 0; k < leaving; ++k) away.push_back(next++);
@@ -75,6 +78,14 @@ TEST(Connections, SmoothingIsThatOfOneSegmentWithAllItems) {
   for (const int each : {1, 4, 12}) {
     SCOPED_TRACE(each);
     expect_smooths(busy_run(each, 90, each));
+  }
+}
+
+// Segments between two returns share their U.
+TEST(Connections, SmoothingWithRareReturns) {
+  for (const int each : {1, 4}) {
+    SCOPED_TRACE(each);
+    expect_smooths(busy_run(each, 100, each, 17));
   }
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
@@ -56,44 +57,89 @@ void put_at_places(const std::vector<Index>& places, Later& later) {
   later.g = later.g.head(n).eval();
 }
 
-// The same of [rows of the state, columns of U, landmarks that leave in the segment], of which all
-// that left by then is a linear function.
-struct Reduced {
-  MatrixXd by_places;  // of those that have left before
-  MatrixXd G;
-  VectorXd g;
-};
+// The same from the end of a segment back through all that have the same U. Between two returns,
+// all that left is a linear function of the state and of the columns of U, to which a segment adds
+// one for each row that leaves in it. So a segment needs U^T G U alone, and its cost does not grow
+// with the places. What it changes in their rows waits in two factors:
+//
+//   by_places = places before * state + (of_places U) * columns
+class LaterByColumns {
+ public:
+  // `leaving`: rows that leave in the segment.
+  LaterByColumns(Later later, const Connection& connection, Index leaving)
+      : later_(std::move(later)) {
+    const Index rows = connection.left + leaving, columns = connection.K.rows() + leaving;
+    const MatrixXd U = connection.U_and_more->topLeftCorner(rows, columns);
+    const MatrixXd U_transposed = U.transpose();
+    of_places_U_ = dense::product(later_.of_places.topLeftCorner(rows, rows), U);
+    of_columns_ = dense::product(U_transposed, of_places_U_);
+    of_columns_ = (of_columns_ + of_columns_.transpose()) / 2;
+    by_columns_ = dense::product(U_transposed, later_.by_places.topRows(rows));
+    g_columns_ = U_transposed * later_.g_places.head(rows);
+    state_ = MatrixXd::Identity(later_.g.size(), later_.g.size());
+    columns_ = MatrixXd::Zero(columns, later_.g.size());
+  }
 
-Reduced reduced(const Later& later, const Connection& connection, Index leaving) {
-  const Index rows = later.g.size(), d = connection.left, r = connection.K.rows();
-  const MatrixXd U = connection.U(), U_transposed = U.transpose();
-  Reduced result{.by_places = MatrixXd(d, rows + r + leaving),
-                 .G = MatrixXd(rows + r + leaving, rows + r + leaving),
-                 .g = VectorXd(rows + r + leaving)};
-  result.by_places.leftCols(rows) = later.by_places.topRows(d);
-  if (d > 0) {
-    dense::multiply(later.of_places.topLeftCorner(d, d), U, result.by_places.middleCols(rows, r));
+  // Of [rows of the state, the first columns of U].
+  MatrixXd G(Index columns) const {
+    const Index rows = later_.g.size();
+    MatrixXd G(rows + columns, rows + columns);
+    G.topLeftCorner(rows, rows) = later_.of_state;
+    G.bottomLeftCorner(columns, rows) = by_columns_.topRows(columns);
+    G.topRightCorner(rows, columns) = by_columns_.topRows(columns).transpose();
+    G.bottomRightCorner(columns, columns) = of_columns_.topLeftCorner(columns, columns);
+    return G;
   }
-  result.by_places.rightCols(leaving) = later.of_places.block(0, d, d, leaving);
-  result.G.topLeftCorner(rows, rows) = later.of_state;
-  result.G.bottomLeftCorner(leaving, rows) = later.by_places.middleRows(d, leaving);
-  result.G.topRightCorner(rows, leaving) = later.by_places.middleRows(d, leaving).transpose();
-  result.G.bottomRightCorner(leaving, leaving) = later.of_places.block(d, d, leaving, leaving);
-  if (r > 0) {
-    const MatrixXd by_U = dense::product(U_transposed, result.by_places);
-    result.G.middleRows(rows, r) = by_U;
-    result.G.middleCols(rows, r) = by_U.transpose();
-    const auto square = by_U.middleCols(rows, r);
-    result.G.block(rows, rows, r, r) = (square + square.transpose()) / 2;
+  VectorXd g(Index columns) const {
+    VectorXd g(later_.g.size() + columns);
+    g << later_.g, g_columns_.head(columns);
+    return g;
   }
-  result.g << later.g, U_transposed * later.g_places.head(d), later.g_places.segment(d, leaving);
-  return result;
-}
+
+  // To the start of a segment, where U has `left` columns: `by_starts` has what the segment knows
+  // of its end and of the columns, by its starts.
+  void go_back(const Segment& segment, const MatrixXd& by_starts, Index left) {
+    const Index n = segment.starts, rows = later_.g.size(), columns = by_starts.rows() - rows;
+    const MatrixXd G = this->G(columns), transposed = by_starts.transpose();
+    MatrixXd of_state = MatrixXd::Zero(n, n);
+    dense::add_product_lower(transposed, dense::product(G, by_starts), of_state);
+    dense::mirror_lower(of_state);
+    later_.of_state = of_state + segment.G.topLeftCorner(n, n);
+    later_.g = transposed * g(columns) + segment.g.head(n);
+    by_columns_ = dense::product(G.middleRows(rows, left), by_starts);
+    const MatrixXd by_state = by_starts.topRows(rows);
+    MatrixXd waiting = dense::product(columns_, by_state);
+    waiting.topRows(columns) += by_starts.bottomRows(columns);
+    columns_ = std::move(waiting);
+    state_ = dense::product(state_, by_state);
+  }
+
+  // With the rows of the places; what has left since is no longer there.
+  Later of_places(Index left) && {
+    const Index after = later_.g_places.size() - left;
+    MatrixXd by_places = MatrixXd::Zero(later_.g_places.size(), later_.g.size());
+    if (left > 0) {
+      dense::multiply(later_.by_places.topRows(left), state_, by_places.topRows(left));
+      dense::add_product(1, of_places_U_.topRows(left), columns_, by_places.topRows(left));
+    }
+    later_.by_places = std::move(by_places);
+    later_.of_places.bottomRows(after).setZero();
+    later_.of_places.rightCols(after).setZero();
+    later_.g_places.tail(after).setZero();
+    return std::move(later_);
+  }
+
+ private:
+  Later later_;  // its places as they were at first
+  MatrixXd of_places_U_, of_columns_, by_columns_;
+  VectorXd g_columns_;
+  MatrixXd state_, columns_;
+};
 
 // The segment's own items, given all.
 std::vector<SmoothedState> smoothed_items(const Segment& segment, const MatrixXd& by_end,
-                                          const Reduced& later) {
-  const MatrixXd gain = dense::product(by_end, later.G);
+                                          const MatrixXd& G, const VectorXd& g) {
+  const MatrixXd gain = dense::product(by_end, G);
   std::vector<SmoothedState> result;
   Index row = 0;
   for (const Segment::Item& item : segment.items) {
@@ -101,7 +147,7 @@ std::vector<SmoothedState> smoothed_items(const Segment& segment, const MatrixXd
     const auto C = by_end.middleRows(row, item.size);
     result.push_back(
         without_rounding({.number = item.number,
-                          .correction = segment.g.segment(at, item.size) + C * later.g,
+                          .correction = segment.g.segment(at, item.size) + C * g,
                           .covariance = segment.G.block(at, at, item.size, item.size) +
                                         gain.middleRows(row, item.size) * C.transpose()}));
     row += item.size;
@@ -111,31 +157,17 @@ std::vector<SmoothedState> smoothed_items(const Segment& segment, const MatrixXd
 
 // From the end of a segment to its start.
 std::vector<SmoothedState> go_back(const Segment& segment, const Connection& connection,
-                                   const std::vector<int>& returning, Later& later) {
+                                   const std::vector<Index>& leaving, LaterByColumns& later) {
   const Index n = segment.starts, q = segment.g.size(), rows = segment.X.rows();
-  const Index d = connection.left, r = connection.K.rows();
-  const std::vector<Index> leaving = variables_of(segment, returning);
-  const auto l = static_cast<Index>(leaving.size());
-  const Reduced reduced_later = reduced(later, connection, l);
-  // All that the segment knows of the end, by its variables.
+  const Index r = connection.K.rows(), l = static_cast<Index>(leaving.size());
+  // All that the segment knows of the end and of the columns, by its variables.
   MatrixXd M(rows + r + l, q);
   M.topRows(rows) = segment.X;
   if (r > 0) dense::multiply(connection.K, segment.G.topRows(n), M.middleRows(rows, r));
   M.bottomRows(l) = segment.G(leaving, Eigen::all);
   std::vector<SmoothedState> items =
-      smoothed_items(segment, M.rightCols(q - n).transpose(), reduced_later);
-  const MatrixXd by_starts = M.leftCols(n), by_starts_transposed = by_starts.transpose();
-  const MatrixXd G =
-      dense::product(by_starts_transposed, dense::product(reduced_later.G, by_starts));
-  later.of_state = (G + G.transpose()) / 2 + segment.G.topLeftCorner(n, n);
-  later.g = by_starts_transposed * reduced_later.g + segment.g.head(n);
-  later.by_places = MatrixXd::Zero(later.by_places.rows(), n);
-  if (d > 0) {
-    dense::multiply(reduced_later.by_places, by_starts, later.by_places.topRows(d));
-  }
-  later.of_places.middleRows(d, l).setZero();
-  later.of_places.middleCols(d, l).setZero();
-  later.g_places.segment(d, l).setZero();
+      smoothed_items(segment, M.rightCols(q - n).transpose(), later.G(r + l), later.g(r + l));
+  later.go_back(segment, M.leftCols(n), r);
   return items;
 }
 
@@ -158,15 +190,23 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
   std::vector<Connection> connections = connections_of(stretches);
   Later later =
       without_measurements(stretches.back().segment->X.rows(), connections.back().places());
+  std::optional<LaterByColumns> by_columns;
   std::vector<SmoothedState> result;
   while (!connections.empty()) {
     const Stretch& stretch = stretches[connections.size() - 1];
     const Connection connection = std::move(connections.back());
     connections.pop_back();
+    const std::vector<Index> leaving = variables_of(*stretch.segment, returning);
+    if (!by_columns) {
+      by_columns.emplace(std::move(later), connection, static_cast<Index>(leaving.size()));
+    }
     const std::vector<SmoothedState> items =
-        go_back(*stretch.segment, connection, returning, later);
+        go_back(*stretch.segment, connection, leaving, *by_columns);
     result.insert(result.end(), items.rbegin(), items.rend());
     if (connections.empty()) break;
+    if (!connection.before && connection.returned.empty()) continue;  // the same U
+    later = std::move(*by_columns).of_places(connection.left);
+    by_columns.reset();
     if (connection.before) renumber(*connection.before, connections.back().places(), later);
     put_at_places(connection.returned, later);
   }
