@@ -190,6 +190,43 @@ void report_no_measurements(const std::vector<ImuSample>& imu, const ImuRange& r
        .advice = "a run leaves them out and bridges the gaps; check the driver and the cable"});
 }
 
+// Somebody has filled a gap.
+void report_interpolated(const std::vector<ImuSample>& imu, const ImuRange& range,
+                         CheckReport& report) {
+  struct Stretch {
+    std::size_t first, end;
+  };
+  constexpr std::size_t kMostNamed = 3;
+  SampleScreen screen(range);
+  std::vector<Stretch> stretches;
+  int before = 0;
+  for (std::size_t i = 0; i < imu.size(); ++i) {
+    screen.add(imu[i]);
+    const auto more = static_cast<std::size_t>(screen.counts().interpolated - before);
+    before = screen.counts().interpolated;
+    if (more == 1 && !stretches.empty()) stretches.back().end = i;
+    if (more > 1) stretches.push_back({i - more, i});  // until now it was not decided
+  }
+  if (stretches.empty()) return;
+  std::string named;
+  for (std::size_t k = 0; k < std::min(kMostNamed, stretches.size()); ++k) {
+    const auto seconds = [&](std::size_t i) { return to_seconds(imu[i].time - imu.front().time); };
+    named += fmt::format("{}{:.2f} to {:.2f} s", k > 0 ? ", " : "", seconds(stretches[k].first),
+                         seconds(stretches[k].end));
+  }
+  const std::size_t others = stretches.size() - std::min(kMostNamed, stretches.size());
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = "imu",
+       .what = fmt::format("{} samples are interpolated: they lie on straight lines, {}{}", before,
+                           named, others > 0 ? fmt::format(" and {} more", others) : ""),
+       .value = static_cast<double>(before),
+       .threshold = 0,
+       .unit = "samples",
+       .advice = "somebody has filled gaps of the IMU: record without, or leave the gaps empty; a "
+                 "run takes them for gaps, does not start there, and starts anew after 0.5 s"});
+}
+
 void report_attitude_alone(std::size_t samples, CheckReport& report) {
   report.findings.push_back(
       {.severity = Severity::kError,
@@ -252,6 +289,7 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
   report_repeats(imu, report);
   report_dead_axes(imu, report);
   report_no_measurements(imu, range, report);
+  report_interpolated(imu, range, report);
 }
 
 void report_camera_upright(const Recording& recording, int index, CheckReport& report) {

@@ -283,6 +283,28 @@ TEST(Check, SamplesThatAreNoMeasurementsAreCounted) {
             2);
 }
 
+// As in the recordings of KITTI that begin before their IMU did.
+TEST(Check, StretchesOfInterpolatedSamplesAreNamed) {
+  Recording r = tracked();
+  const auto fill = [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first + 1; k < last; ++k) {
+      const double x = to_seconds(r.imu[k].time - r.imu[first].time) /
+                       to_seconds(r.imu[last].time - r.imu[first].time);
+      ImuSample& s = r.imu[k];
+      s.specific_force_imu =
+          (1 - x) * r.imu[first].specific_force_imu + x * r.imu[last].specific_force_imu;
+      s.angular_rate_imu =
+          (1 - x) * r.imu[first].angular_rate_imu + x * r.imu[last].angular_rate_imu;
+    }
+  };
+  fill(0, 100);
+  fill(600, 660);
+  const Finding found = finding(check_recording(r), "imu", "interpolated");
+  EXPECT_EQ(found.value, 96 + 56);  // the first of each line show nothing yet
+  test::expect_parts(found.what, {"0.02 to 0.49 s, 3.02 to 3.29 s"});
+  test::expect_parts(found.advice, {"filled gaps"});
+}
+
 TEST(Check, WhatCannotBeTakenFromTheRecordingIsSaid) {
   Recording still = tracked();
   for (ImuSample& s : still.imu) s.angular_rate_imu.setZero();

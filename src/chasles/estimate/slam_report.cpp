@@ -9,6 +9,7 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
   sum.zero += more.zero;
   sum.spikes += more.spikes;
   sum.frozen += more.frozen;
+  sum.interpolated += more.interpolated;
   sum.gaps += more.gaps;
   sum.saturated += more.saturated;
   sum.extrapolated += more.extrapolated;

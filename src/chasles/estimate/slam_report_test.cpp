@@ -13,6 +13,7 @@ SlamReport part(int n) {
                   .zero = 4 * n,
                   .spikes = 5 * n,
                   .frozen = 6 * n,
+                  .interpolated = 10 * n,
                   .gaps = 7 * n,
                   .saturated = 8 * n,
                   .extrapolated = 9 * n},
@@ -31,6 +32,7 @@ void expect_counts(const SlamReport& report, const SlamReport& expected) {
   EXPECT_EQ(report.imu.zero, expected.imu.zero);
   EXPECT_EQ(report.imu.spikes, expected.imu.spikes);
   EXPECT_EQ(report.imu.frozen, expected.imu.frozen);
+  EXPECT_EQ(report.imu.interpolated, expected.imu.interpolated);
   EXPECT_EQ(report.imu.gaps, expected.imu.gaps);
   EXPECT_EQ(report.imu.saturated, expected.imu.saturated);
   EXPECT_EQ(report.imu.extrapolated, expected.imu.extrapolated);

@@ -60,7 +60,7 @@ bool ImuBuffer::add(const ImuSample& sample) {
   }
   const auto dropped = [this] {
     const SampleScreen::Counts& c = screen_.counts();
-    return c.not_finite + c.not_later + c.zero + c.frozen;
+    return c.not_finite + c.not_later + c.zero + c.frozen + c.interpolated;
   };
   const int before = dropped();
   for (const ImuSample& released : screen_.add(sample)) keep(released);
@@ -79,6 +79,7 @@ void ImuBuffer::Counts::note(const SampleScreen::Counts& left_out) {
   zero = left_out.zero;
   spikes = left_out.spikes;
   frozen = left_out.frozen;
+  interpolated = left_out.interpolated;
 }
 
 void ImuBuffer::keep(const ImuSample& sample) {

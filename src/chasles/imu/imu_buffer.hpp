@@ -46,8 +46,8 @@ class ImuBuffer {
   /// Samples, except `extrapolated`, which counts calls of between(). Of screened samples those of
   /// the screen are zero.
   struct Counts {
-    int used = 0, not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0, gaps = 0,
-        saturated = 0, extrapolated = 0;
+    int used = 0, not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0, interpolated = 0,
+        gaps = 0, saturated = 0, extrapolated = 0;
     /// Sets the counts of the screen.
     void note(const SampleScreen::Counts& left_out);
   };

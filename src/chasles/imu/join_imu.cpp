@@ -7,7 +7,8 @@ namespace {
 
 std::size_t left_out(const SampleScreen& screen) {
   const SampleScreen::Counts& c = screen.counts();
-  return static_cast<std::size_t>(c.not_finite + c.not_later + c.zero + c.spikes + c.frozen);
+  return static_cast<std::size_t>(c.not_finite + c.not_later + c.zero + c.spikes + c.frozen +
+                                  c.interpolated);
 }
 
 // The autocorrelation of linearly interpolated white noise at a lag of x periods: the cubic

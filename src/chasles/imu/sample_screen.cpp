@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <chasles/imu/sample_screen.hpp>
+#include <chasles/lie/se3.hpp>
 
 namespace chasles {
 namespace {
@@ -20,6 +21,40 @@ constexpr int kNoisy = 50;  // consecutive different samples
 // The change of the change over the change: 1.7 for white noise, and above 0.35 for one of its two
 // sensors in all recordings of EuRoC, TUM-VI and KITTI. A motion of 3 Hz at 100 Hz has 0.2.
 constexpr double kOfNoise = 0.3;
+
+// Numbers on a line differ from it by their rounding, to six digits or to 32 bits, and by that of
+// the times, a share of what they change. The noise of the best sensors is ten times as large.
+constexpr double kRounding = 2e-6;
+constexpr double kRoundingOfTimes = 0.003;
+constexpr double kLeastChange = 50 * kRounding;
+constexpr int kByChance = 2;  // samples in a row that are on a line, of any sensor
+constexpr std::size_t kFewOnLine = 10;
+
+Vector6d numbers(const ImuSample& sample) {
+  return (Vector6d() << sample.specific_force_imu, sample.angular_rate_imu).finished();
+}
+
+// Whether c lies where the line through a and b leads. Where a is far away, a slow curve is no
+// line.
+bool is_on_line(const ImuSample& a, const ImuSample& b, const ImuSample& c) {
+  constexpr double kMostAhead = 3;  // intervals
+  const double ahead = to_seconds(c.time - b.time) / to_seconds(b.time - a.time);
+  if (ahead > kMostAhead) return false;
+  const Vector6d at_b = numbers(b), change = ahead * (at_b - numbers(a));
+  const Vector6d difference = numbers(c) - (at_b + change);
+  const Vector6d rounding = kRounding * at_b.cwiseAbs().cwiseMax(1);
+  const Vector6d most = (1 + 2 * ahead) * rounding + kRoundingOfTimes * change.cwiseAbs();
+  return (difference.cwiseAbs().array() <= most.array()).all();
+}
+
+// A line on which the numbers of one sensor hardly change shows nothing.
+bool changes(const ImuSample& a, const ImuSample& b) {
+  const auto change = [&](const Eigen::Vector3d ImuSample::*of_sensor) {
+    return (b.*of_sensor - a.*of_sensor).cwiseAbs().maxCoeff();
+  };
+  return std::min(change(&ImuSample::specific_force_imu), change(&ImuSample::angular_rate_imu)) >
+         kLeastChange;
+}
 
 bool same_numbers(const ImuSample& a, const ImuSample& b) {
   return a.specific_force_imu == b.specific_force_imu && a.angular_rate_imu == b.angular_rate_imu;
@@ -100,6 +135,41 @@ void SampleScreen::check_for_spike(const ImuSample& sample) {
   }
 }
 
+void SampleScreen::leave_line() {
+  for (const ImuSample& sample : line_.held) check_for_spike(sample);
+  line_.held.clear();
+  line_.samples = 0;
+  line_.interpolated = false;
+}
+
+// A recording may begin with a line: nothing is known of its sensor then.
+void SampleScreen::follow_line(const ImuSample& sample) {
+  std::vector<ImuSample>& last = line_.last;
+  const bool known = force_.count >= kEnough;
+  const bool may_be = !known || force_.is_noise() || rate_.is_noise();
+  const bool on_line = last.size() == 2 && may_be &&
+                       is_on_line(line_.samples > 0 ? line_.first : last[0], last[1], sample);
+  if (!on_line) leave_line();
+  if (on_line && ++line_.samples == 1) line_.first = last[0];
+  if (last.size() == 2) last.erase(last.begin());
+  last.push_back(sample);
+  if (line_.samples <= kByChance || !changes(line_.first, sample)) {
+    check_for_spike(sample);
+    return;
+  }
+  if (line_.interpolated) {
+    ++counts_.interpolated;
+    line_.held.back() = sample;
+    return;
+  }
+  line_.held.push_back(sample);
+  line_.interpolated =
+      line_.held.size() >= kFewOnLine && sample.time - line_.first.time > kLongestRepeat;
+  if (!line_.interpolated) return;
+  counts_.interpolated += static_cast<int>(line_.held.size()) - 1;
+  line_.held = {sample};  // the last on the line may be a measurement again
+}
+
 std::span<const ImuSample> SampleScreen::add(const ImuSample& sample) {
   released_.clear();
   if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) {
@@ -117,6 +187,7 @@ std::span<const ImuSample> SampleScreen::add(const ImuSample& sample) {
   }
   switch (compare(sample)) {
     case Repeat::kMayFreeze:
+      leave_line();
       held_.push_back(sample);
       break;
     case Repeat::kFrozen:
@@ -126,7 +197,7 @@ std::span<const ImuSample> SampleScreen::add(const ImuSample& sample) {
     case Repeat::kNone:
       for (const ImuSample& repeat : held_) check_for_spike(repeat);
       held_.clear();
-      check_for_spike(sample);
+      follow_line(sample);
       break;
   }
   return released_;

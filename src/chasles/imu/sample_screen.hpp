@@ -15,12 +15,15 @@ namespace chasles {
 ///   returns to it. A blow that lasts for two samples is a measurement;
 /// - a frozen sensor: a noisy signal repeats its six numbers for longer than 0.1 s. A simulated
 ///   sensor without noise may repeat them. The repeats wait until it is decided, so that none of a
-///   frozen sensor is released.
+///   frozen sensor is released;
+/// - interpolated samples, with which somebody has filled a gap: for longer than 0.1 s, all six
+///   numbers of a noisy sensor lie on straight lines. Both ends may be measurements, and so may the
+///   first samples after an end. The others wait until it is decided, too.
 /// Samples at the limit of the sensor's range are no spikes and not frozen: ImuBuffer bridges them.
 class SampleScreen {
  public:
   struct Counts {
-    int not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0;
+    int not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0, interpolated = 0;
   };
 
   explicit SampleScreen(const ImuRange& range) : range_(range) {}
@@ -47,6 +50,8 @@ class SampleScreen {
 
   enum class Repeat { kNone, kMayFreeze, kFrozen };
   Repeat compare(const ImuSample& sample);
+  void follow_line(const ImuSample& sample);
+  void leave_line();
   void check_for_spike(const ImuSample& sample);
   double unusual_change(const ImuSample& from, const ImuSample& to) const;
   bool at_limit(const ImuSample& sample) const;
@@ -62,6 +67,14 @@ class SampleScreen {
   int repeats_ = 0;
   int different_ = 0;            ///< consecutive samples that differ, before the repeats
   std::vector<ImuSample> held_;  ///< repeats that wait
+  struct Line {
+    std::vector<ImuSample> last = {};  ///< two samples, or fewer
+    ImuSample first = {};              ///< of the present line
+    int samples = 0;                   ///< that follow from two before them
+    std::vector<ImuSample> held = {};  ///< those that wait
+    bool interpolated = false;
+  };
+  Line line_;
   std::vector<ImuSample> released_;
 };
 

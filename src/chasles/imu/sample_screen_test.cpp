@@ -100,6 +100,68 @@ TEST(SampleScreen, ReleasesNoneOfAFrozenSensor) {
   expect_left_out(samples, out);
 }
 
+// As if a gap had been filled, with the digits of a file.
+void fill(std::vector<ImuSample>& samples, std::size_t first, std::size_t last,
+          double digit = 1e-9) {
+  const auto rounded = [digit](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return digit * (v / digit).array().round();
+  };
+  for (std::size_t k = first + 1; k < last; ++k) {
+    const double x = static_cast<double>(k - first) / static_cast<double>(last - first);
+    samples[k].specific_force_imu =
+        rounded((1 - x) * samples[first].specific_force_imu + x * samples[last].specific_force_imu);
+    samples[k].angular_rate_imu =
+        rounded((1 - x) * samples[first].angular_rate_imu + x * samples[last].angular_rate_imu);
+  }
+}
+
+std::vector<std::size_t> between(std::size_t first, std::size_t last) {
+  std::vector<std::size_t> all;
+  for (std::size_t k = first + 1; k < last; ++k) all.push_back(k);
+  return all;
+}
+
+// The first of the filled samples show nothing yet.
+TEST(SampleScreen, LeavesOutTheSamplesOfAFilledGap) {
+  for (const double digit : {1e-12, 1e-6}) {
+    auto samples = swing(1000);
+    fill(samples, 400, 500, digit);
+    expect_left_out(samples, between(403, 500));
+    SampleScreen::Counts counts;
+    screened(samples, counts);
+    EXPECT_EQ(counts.interpolated, 96);
+  }
+}
+
+TEST(SampleScreen, LeavesOutAGapThatWasFilledAtTheBeginning) {
+  auto samples = swing(1000);
+  fill(samples, 0, 140);
+  expect_left_out(samples, between(3, 140));
+}
+
+TEST(SampleScreen, FindsLinesBetweenSparseSamples) {
+  auto samples = swing(1000);
+  std::vector<std::size_t> out;
+  for (std::size_t k = 400; k < 700; k += 50) {
+    fill(samples, k, k + 50);
+    for (const std::size_t i : between(k + 3, k + 50)) out.push_back(i);
+  }
+  expect_left_out(samples, out);
+}
+
+TEST(SampleScreen, AShortLineIsReleasedLater) {
+  auto samples = swing(1000);
+  fill(samples, 400, 418);
+  expect_left_out(samples, {});
+}
+
+// A sensor without noise may turn or be accelerated evenly.
+TEST(SampleScreen, KeepsTheLinesOfASensorWithoutNoise) {
+  auto samples = swing(1000, 0);
+  fill(samples, 400, 600);
+  expect_left_out(samples, {});
+}
+
 // Numbers as at a standstill show nothing: a walker's are so at every eighth sample.
 TEST(SampleScreen, FreezesAtNumbersAsAtStandstillToo) {
   auto samples = swing(1000);

@@ -183,6 +183,7 @@ void assess_imu(const Json& summary, Reasons& reasons) {
   for (const auto& [name, meaning] : {std::pair{"gaps", "gaps"},
                                       {"saturated", "saturated samples"},
                                       {"frozen", "frozen samples"},
+                                      {"interpolated", "interpolated samples"},
                                       {"spikes", "spikes"},
                                       {"not_finite", "samples that are not finite"},
                                       {"zero", "samples of zeros"},

@@ -95,9 +95,16 @@ Json noise_json(const ImuNoise& noise, double pixel_sigma, const InertialSlamSet
 }
 
 Json imu_json(const ImuBuffer::Counts& imu) {
-  return {{"used", imu.used}, {"not_finite", imu.not_finite}, {"not_later", imu.not_later},
-          {"zero", imu.zero}, {"spikes", imu.spikes},         {"frozen", imu.frozen},
-          {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
+  return {{"used", imu.used},
+          {"not_finite", imu.not_finite},
+          {"not_later", imu.not_later},
+          {"zero", imu.zero},
+          {"spikes", imu.spikes},
+          {"frozen", imu.frozen},
+          {"interpolated", imu.interpolated},
+          {"gaps", imu.gaps},
+          {"saturated", imu.saturated},
+          {"extrapolated", imu.extrapolated}};
 }
 
 Json degradations_json(const std::map<Degradation, int>& degradations) {
@@ -154,12 +161,12 @@ void append_run_remarks(const RunReport& report, std::vector<std::string>& remar
         "{} IMU samples at the edge of the sensor's range: bridged with increased noise",
         own.imu.saturated));
   }
-  const int left_out = own.imu.zero + own.imu.spikes + own.imu.frozen;
+  const int left_out = own.imu.zero + own.imu.spikes + own.imu.frozen + own.imu.interpolated;
   if (left_out > 0) {
     remarks.push_back(fmt::format(
         "{} IMU samples are no measurements and were left out: {} of six zeros, {} spikes, {} of a "
-        "sensor that repeats its numbers",
-        left_out, own.imu.zero, own.imu.spikes, own.imu.frozen));
+        "sensor that repeats its numbers, {} interpolated",
+        left_out, own.imu.zero, own.imu.spikes, own.imu.frozen, own.imu.interpolated));
   }
   if (own.batch) append_remarks(*own.batch, remarks);
   if (own.window) append_remarks(*own.window, remarks);

@@ -272,7 +272,7 @@ NoiseCalibration calibrate_noise(const Recording& recording,
                           .interpolated = even.lost,
                           .left_out = static_cast<std::size_t>(
                               even.screen.not_finite + even.screen.not_later + even.screen.zero +
-                              even.screen.spikes + even.screen.frozen),
+                              even.screen.spikes + even.screen.frozen + even.screen.interpolated),
                           .gaps = even.spans.size() > 1 ? even.spans.size() - 1 : 0,
                           .standstills = {},
                           .standstill = {},
