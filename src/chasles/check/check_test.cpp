@@ -286,6 +286,11 @@ TEST(Check, SamplesThatAreNoMeasurementsAreCounted) {
 // As in the recordings of KITTI that begin before their IMU did.
 TEST(Check, StretchesOfInterpolatedSamplesAreNamed) {
   Recording r = tracked();
+  test::Random random(3);
+  for (ImuSample& s : r.imu) {
+    s.specific_force_imu += 0.02 * random.normal_vector(3);
+    s.angular_rate_imu += 0.002 * random.normal_vector(3);
+  }
   const auto fill = [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first + 1; k < last; ++k) {
       const double x = to_seconds(r.imu[k].time - r.imu[first].time) /

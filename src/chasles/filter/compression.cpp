@@ -111,8 +111,9 @@ std::optional<Whitened> whiten_compressed(Measurements measurements, const Covar
   const auto& [Lt, z, outside] = *compressed;
   const Index rank = Lt.rows();
 
-  auto W = scratch.W.take(covariance.size() + Z.rows(), rank);
-  Whitened result{.W = W.topRows(covariance.size()), .kept = W.bottomRows(Z.rows()), .w = z};
+  Whitened result{.W = scratch.W.take(covariance.size(), rank),
+                  .kept = scratch.kept.take(Z.rows(), rank),
+                  .w = z};
   times_factor(covariance.all(), Lt, scratch, result.W);
   if (Z.rows() > 0) times_factor(Z, Lt, scratch, result.kept);
   auto PL = scratch.gathered.take(c, rank);
@@ -122,7 +123,8 @@ std::optional<Whitened> whiten_compressed(Measurements measurements, const Covar
   dense::multiply(Lt, PL, S);
   S.diagonal().array() += 1;
   if (!dense::cholesky(S)) return std::nullopt;
-  dense::solve_lower_from_right(S, W);
+  dense::solve_lower_from_right(S, result.W);
+  dense::solve_lower_from_right(S, result.kept);
   dense::solve_lower(S, result.w);
   result.nis = outside + result.w.squaredNorm();
   return result;

@@ -84,7 +84,7 @@ struct WhiteningScratch {
   Scratch S, HW;
   Scratch residual, information;  ///< of compressed measurements
   std::vector<int> order;         ///< of the pivots
-  Scratch W, w;                   ///< the result
+  Scratch W, kept, w;             ///< the result
 };
 
 }  // namespace chasles

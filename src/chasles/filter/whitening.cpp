@@ -63,10 +63,12 @@ Jacobian::Columns columns_of_core(Measurements measurements) {
 // slow triangular solutions would replace fast products.
 constexpr Eigen::Index kLeafRows = 32;
 
-// From [P; Z] H^T and r to [W; kept] and w, recursively by halves: the information of the first
-// half is removed from the second. False if S is not positive definite.
-bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd> w,
-            WhiteningScratch& scratch) {
+// From P H^T, Z H^T and r to W, kept and w, recursively by halves: the information of the first
+// half is removed from the second. False if S is not positive definite. Kernels of BLAS add in an
+// order that depends on the number of rows, so W is by itself: what is kept of the past does not
+// change it.
+bool whiten(Measurements z, const State& x, dense::Block W, dense::Block kept,
+            Eigen::Ref<VectorXd> w, WhiteningScratch& scratch) {
   if (z.size() == 1 || w.size() <= kLeafRows) {
     auto S = scratch.S.take(w.size(), w.size());
     Jacobian(z, x, scratch).times(W, S);
@@ -78,6 +80,7 @@ bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd>
     }
     if (!dense::cholesky(S)) return false;
     dense::solve_lower_from_right(S, W);
+    dense::solve_lower_from_right(S, kept);
     dense::solve_lower(S, w);
     return true;
   }
@@ -85,12 +88,13 @@ bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd>
   const Measurements second = z.subspan(first.size());
   const Eigen::Index k = rows_of(first);
   const Eigen::Index rest = w.size() - k;
-  if (!whiten(first, x, W.leftCols(k), w.head(k), scratch)) return false;
+  if (!whiten(first, x, W.leftCols(k), kept.leftCols(k), w.head(k), scratch)) return false;
   auto HW = scratch.HW.take(rest, k);
   Jacobian(second, x, scratch).times(W.leftCols(k), HW);
   dense::subtract_outer(W.leftCols(k), HW, W.rightCols(rest));
+  dense::subtract_outer(kept.leftCols(k), HW, kept.rightCols(rest));
   w.tail(rest).noalias() -= HW * w.head(k);
-  return whiten(second, x, W.rightCols(rest), w.tail(rest), scratch);
+  return whiten(second, x, W.rightCols(rest), kept.rightCols(rest), w.tail(rest), scratch);
 }
 
 }  // namespace
@@ -226,9 +230,8 @@ std::optional<Whitened> whiten(Measurements measurements, const Covariance& cova
     return whiten_compressed(measurements, covariance, Z, scratch);
   }
   const Eigen::Index m = rows_of(measurements);
-  auto W = scratch.W.take(covariance.size() + Z.rows(), m);
-  Whitened result{.W = W.topRows(covariance.size()),
-                  .kept = W.bottomRows(Z.rows()),
+  Whitened result{.W = scratch.W.take(covariance.size(), m),
+                  .kept = scratch.kept.take(Z.rows(), m),
                   .w = scratch.w.take<VectorXd>(m)};
   const Jacobian H(measurements, x, scratch);
   H.times_transpose(covariance.all(), result.W);
@@ -238,7 +241,7 @@ std::optional<Whitened> whiten(Measurements measurements, const Covariance& cova
     result.w.segment(at, one->residual.size()) = one->residual;
     at += one->residual.size();
   }
-  if (!whiten(measurements, x, W, result.w, scratch)) return std::nullopt;
+  if (!whiten(measurements, x, result.W, result.kept, result.w, scratch)) return std::nullopt;
   result.nis = result.w.squaredNorm();
   return result;
 }

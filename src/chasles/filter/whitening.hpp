@@ -57,7 +57,7 @@ class Jacobian {
 /// errors (compression.hpp).
 struct Whitened {
   dense::Block W;
-  dense::Block kept;  ///< Z H^T L^-T, of further variables; the rows below W
+  dense::Block kept;  ///< Z H^T L^-T, of further variables
   Eigen::Map<Eigen::VectorXd, Eigen::AlignedMax> w;
   double nis = 0;
 };

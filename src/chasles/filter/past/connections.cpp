@@ -138,8 +138,8 @@ std::vector<Index> Connections::give_up_returned() {
 }
 
 void Connections::make_room(const std::vector<Index>& kept, Index columns) {
-  constexpr Index kRoom = 60;
-  constexpr double kExplained = 1e-12;
+  constexpr Index kRoom = 30;
+  constexpr double kExplained = 1e-8;
   const auto rows = static_cast<Index>(kept.size());
   MatrixXd U(rows, 0);
   const MatrixXd before = (*U_)(kept, Eigen::seqN(0, K_.rows()));

@@ -31,7 +31,7 @@ struct Connection {
 std::vector<int> returning_numbers(const std::vector<Stretch>& stretches);
 
 /// At the start of each segment, forwards through all of them. Directions that the others explain
-/// to 1e-12 of the largest are left out. A landmark that leaves gets the next places, as many as it
+/// to 1e-8 of the largest are left out. A landmark that leaves gets the next places, as many as it
 /// has rows. Now and then those that have returned give theirs up, and the others are numbered
 /// anew. So there are hardly more than landmarks away at one time.
 std::vector<Connection> connections_of(const std::vector<Stretch>& stretches);

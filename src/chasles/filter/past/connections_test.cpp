@@ -95,7 +95,7 @@ TEST(Connections, ThereAreHardlyMorePlacesThanLandmarksAway) {
   const int most = *std::ranges::max_element(run.returns_later);
   EXPECT_LE(most, 30);
   for (const Connection& connection : connections_of(run.stretches())) {
-    EXPECT_LE(connection.places(), 3 * most + std::max(60, 2 * run.most_changes));
+    EXPECT_LE(connection.places(), 3 * most + std::max(30, 2 * run.most_changes));
   }
 }
 
