@@ -306,7 +306,7 @@ TEST(Check, StretchesOfInterpolatedSamplesAreNamed) {
   fill(600, 660);
   const Finding found = finding(check_recording(r), "imu", "interpolated");
   EXPECT_EQ(found.value, 96 + 56);  // the first of each line show nothing yet
-  test::expect_parts(found.what, {"0.02 to 0.49 s, 3.02 to 3.29 s"});
+  test::expect_parts(found.what, {"0.02 to 0.50 s, 3.02 to 3.30 s"});
   test::expect_parts(found.advice, {"filled gaps"});
 }
 
