@@ -153,7 +153,8 @@ void SampleScreen::follow_line(const ImuSample& sample) {
   if (on_line && ++line_.samples == 1) line_.first = last[0];
   if (last.size() == 2) last.erase(last.begin());
   last.push_back(sample);
-  if (line_.samples <= kByChance || !changes(line_.first, sample)) {
+  const bool may_wait = line_.samples > kByChance && changes(line_.first, sample);
+  if (line_.held.empty() && !may_wait) {  // none overtakes one that waits
     check_for_spike(sample);
     return;
   }

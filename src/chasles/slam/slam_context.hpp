@@ -35,7 +35,7 @@ struct SlamContext {
   LandmarkRecords records = {};                   ///< of the landmarks of the state
   int frame = 0;                                  ///< number of the present frame
   Time now{};                                     ///< of the state, by the cameras' clock
-  mutable std::vector<double> gate_squares = {};  ///< by degrees of freedom; 0: not yet needed
+  mutable std::vector<double> gate_squares = {};  ///< of settings.gate; 0: not needed yet
 
   const State& state() const { return filter.state(); }
   const Camera& camera(int index) const { return cameras[static_cast<std::size_t>(index)]; }
